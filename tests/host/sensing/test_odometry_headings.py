@@ -48,18 +48,51 @@ def said(at_s: float) -> Motion:
     return motion
 
 
-def test_a_turn_to_one_side_and_back_turns_no_lidar() -> None:
+def followed(silent: tuple[int, int] = (0, 0)) -> list[Estimate]:
+    """Estimates of that turn; no report between the `silent` ms, as while a board restarts."""
     odometry, chance = Odometry(), np.random.default_rng(3)
     found: list[Estimate] = []
     for ms in range(STATE_MS, 6000, 10):
-        if ms % STATE_MS == 0:
+        if ms % STATE_MS == 0 and not silent[0] <= ms < silent[1]:
             odometry.motion(said(ms / 1000.0))
         if ms % HALF_MS == 0:
             estimate = odometry.piece(piece(ms / 1000.0, ms % (2 * HALF_MS) == 0, chance))
             found += [] if estimate is None else [estimate]
+    return found
+
+
+def test_a_turn_to_one_side_and_back_turns_no_lidar() -> None:
+    found = followed()
     assert not any(TURNED in one.doubts for one in found)
     off = [one.heading_deg - found[0].heading_deg - heading_deg(one.time_s) for one in found]
     assert max(map(abs, off)) < 0.3
+
+
+@pytest.mark.parametrize("begin_ms", [1000, 1100, 3900, 4400])
+@pytest.mark.parametrize("lasts_ms", [160, 260, 500])
+def test_a_time_without_headings_turns_no_lidar(begin_ms: int, lasts_ms: int) -> None:
+    found = followed((begin_ms, begin_ms + lasts_ms))
+    assert not any(TURNED in one.doubts for one in found)
+    assert {one.track for one in found} == {0}
+
+
+@pytest.mark.parametrize("zero_deg", [3.0, -7.0, 25.0])
+def test_a_sensor_that_began_at_another_zero_is_no_turn_and_turns_no_lidar(zero_deg: float) -> None:
+    """A board restarts in 0.2 s, and with it the sensor."""
+    odometry, chance = Odometry(), np.random.default_rng(5)
+    found: list[Estimate] = []
+    for ms in range(STATE_MS, 6000, 10):
+        at_s = ms / 1000.0
+        if ms % STATE_MS == 0 and not 1400 <= ms < 1500:
+            known = heading_deg(at_s) + (zero_deg if ms >= 1600 else 0.0)
+            odometry.motion(Motion(at_s, None if 1500 <= ms < 1600 else known % 360.0))
+        if ms % HALF_MS == 0:
+            estimate = odometry.piece(piece(at_s, ms % (2 * HALF_MS) == 0, chance))
+            found += [] if estimate is None else [estimate]
+    assert not any({TURNED, DIFFERS}.intersection(one.doubts) for one in found)
+    assert {one.track for one in found} == {0}
+    off = [one.heading_deg - found[0].heading_deg - heading_deg(one.time_s) for one in found]
+    assert abs(off[-1]) < 1.0
 
 
 @pytest.mark.parametrize("missing", [(0, 600), (1500, 2500)], ids=["first", "meanwhile"])

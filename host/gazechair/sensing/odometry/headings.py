@@ -16,6 +16,8 @@ _SLOPE_S = 0.08
 _FEWEST = 3
 _LEAST_SPREAD_S2 = 1e-5  # two headings 5 ms apart
 _BEYOND_S = 0.1  # how long it is assumed to continue its turn
+_APART_S = 0.12  # headings further apart do not tell the turn between them
+_NEAR_S = 0.05  # a turn that just begins is off by a sixth of a degree after it
 _STEADY_S = 0.25  # after a break headings are interpolated across it at first
 
 
@@ -31,6 +33,16 @@ class Breaks:
         if is_back or not known:
             self._since_s = at_s if known else None
         return is_back, self._since_s is not None and at_s - self._since_s >= _STEADY_S
+
+
+def is_exact(at_s: float, times_s: FloatArray) -> bool:
+    """Whether headings at `at_s` are near enough, and to each other, to judge the lidars by."""
+    after = int(np.searchsorted(times_s, at_s))
+    before_s = float(times_s[after - 1]) if after else -math.inf
+    after_s = float(times_s[after]) if after < len(times_s) else math.inf
+    if math.isfinite(before_s) and math.isfinite(after_s):
+        return after_s - before_s <= _APART_S
+    return min(at_s - before_s, after_s - at_s) <= _NEAR_S
 
 
 def rate_rad_s(at_s: float, times_s: FloatArray, headings_rad: FloatArray) -> float:

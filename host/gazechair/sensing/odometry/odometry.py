@@ -16,7 +16,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, Seen, is_corridor
-from gazechair.sensing.odometry.headings import Breaks, beyond, rate_rad_s
+from gazechair.sensing.odometry.headings import Breaks, beyond, is_exact, rate_rad_s
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
     ERROR,
@@ -102,6 +102,7 @@ class _Heading:
     rad: float
     turned: FloatArray  # radians from there, at each beam of the piece
     known: bool
+    exact: bool  # enough to judge the lidars by
     yaw_deg_s: float
 
 
@@ -139,6 +140,7 @@ class Odometry:
         self._time_s: float | None = None
         self._heading_rad = 0.0  # of the sensor, at the newest piece, not wrapped
         self._breaks = Breaks()
+        self._inexact = Breaks()
         # Where and when the surfaces were renewed: x, y, heading, time.
         self._inserted: tuple[float, float, float, float] | None = None
 
@@ -153,6 +155,7 @@ class Odometry:
             return None
         sensor = self._heading_at(piece)
         is_back, steady = self._breaks.judge(at_s, sensor.known)
+        judges = self._inexact.judge(at_s, sensor.exact)[1]
         if self._time_s is None:
             self._heading_rad, self._time_s = sensor.rad, at_s
             self._state[OFFSET] = -sensor.rad
@@ -165,12 +168,12 @@ class Odometry:
         self._grow(found)
         dt_s = at_s - self._time_s
         self._obedience.judge(float(found.state[FORWARD] - self._state[FORWARD]), dt_s)
-        self._cross_check(found, dt_s, steady)
+        self._cross_check(found, dt_s, judges)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, sensor.rad
         self._heard_s[piece.lidar] = at_s
         self._remember(fitted.points, fitted.normals, at_s, found)
-        doubts = self._doubts.judge(self._seen(piece, sensor, fitted, steady))
+        doubts = self._doubts.judge(self._seen(piece, sensor, fitted, judges))
         self._differs = DIFFERS in doubts
         estimate = self._estimate(sensor.yaw_deg_s, found, doubts)
         if LOST in doubts:
@@ -186,8 +189,8 @@ class Odometry:
             onward = beyond(times, headings)
             rad = float(np.interp(at_s, *onward))
             turned = np.interp(piece.times_s, *onward) - rad
-        known = len(times) > 0 and at_s - times[-1] < OLD_S
-        return _Heading(rad, turned, known, math.degrees(rate_rad_s(at_s, times, headings)))
+        known, exact = len(times) > 0 and at_s - times[-1] < OLD_S, is_exact(at_s, times)
+        return _Heading(rad, turned, known, exact, math.degrees(rate_rad_s(at_s, times, headings)))
 
     def _fit(self, piece: Piece, sensor: _Heading, steady: bool) -> _Fitted:
         """Predict the motion until the piece, and correct it by the surfaces seen before."""
@@ -201,7 +204,7 @@ class Odometry:
         ) or self._repeats(at_s, found)
         return _Fitted(points, normals, found, old_or_turned)
 
-    def _seen(self, piece: Piece, sensor: _Heading, fitted: _Fitted, steady: bool) -> Seen:
+    def _seen(self, piece: Piece, sensor: _Heading, fitted: _Fitted, judges: bool) -> Seen:
         """What the doubts are judged by, after the state has taken the piece in."""
         at_s, yaw, found = piece.middle_s, sensor.yaw_deg_s, fitted.fit
         return Seen(
@@ -219,7 +222,7 @@ class Odometry:
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
             max(0.0, self._reports.newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
-            self._is_turned(piece.lidar, found, yaw, steady, fitted.old_or_turned),
+            self._is_turned(piece.lidar, found, yaw, judges, fitted.old_or_turned),
         )
 
     def _is_turned(
@@ -253,9 +256,9 @@ class Odometry:
         gap = self._reports.linear(self._time_s, at_s)
         return repeats(at_s - self._time_s, float(before[FORWARD]), moved_m, gap)
 
-    def _cross_check(self, found: Fit, dt_s: float, steady: bool) -> None:
+    def _cross_check(self, found: Fit, dt_s: float, judges: bool) -> None:
         """Update the recent difference between the lidars' heading and the sensor's."""
-        if not steady:
+        if not judges:
             self._error_rad = self._followed_rad = 0.0
             return
         seen_rad = float(found.state[ERROR]) if found.matched > _MATCHED else 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import replace
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,9 +52,15 @@ class Reports:
         return max(at_s, self._motions[-1].time_s) if self._motions else at_s
 
     def headings(self) -> tuple[FloatArray, FloatArray]:
-        """Times, and the headings then in radians, full turns counted."""
-        known = [(m.time_s, m.heading_deg) for m in self._motions if m.heading_deg is not None]
-        rows = np.array(known, dtype=np.float64).reshape(-1, 2)
+        """Times, and the headings then in radians, full turns counted.
+
+        Only those since the newest report without one: the sensor may have begun at another zero.
+        """
+        known = [
+            (m.time_s, m.heading_deg)
+            for m in takewhile(lambda m: m.heading_deg is not None, reversed(self._motions))
+        ]
+        rows = np.array(known[::-1], dtype=np.float64).reshape(-1, 2)
         return rows[:, 0], np.radians(rows[:, 1])
 
     def stood(self, since_s: float, at_s: float, turned_rad: float) -> bool:
