@@ -20,6 +20,9 @@ from wsproto.events import CloseConnection
 from wsproto.utilities import LocalProtocolError
 
 import gazesetup
+from gazeboard.core import limits
+from gazechair.driving.control import HEARTBEAT_MS
+from gazechair.driving.messages import MAX_SINCE_MS
 from gazechair.people.profiles import ProfileRefused, Profiles, fields
 from gazechair.web.minify import minified
 from gazelink import codes
@@ -34,10 +37,9 @@ WELCOME = {
     "simulated": False,
     "insecure": False,
     "backward": False,
-    "heartbeat_ms": 50,
-    "token_ms": 500,
-    "command_ttl_ms": 300,
-    "auto_ttl_ms": 150,
+    "heartbeat_ms": HEARTBEAT_MS,
+    "token_ms": MAX_SINCE_MS,
+    "command_ttl_ms": limits.COMMAND_TTL_MS,
     "modes": [],
     "plugins": [],
     "latched": [name for _, name, _, latched in codes.FAULTS if latched],
@@ -65,6 +67,8 @@ ARMED = {
     "call": False,
     "simulated": False,
 }
+# Changes of ARMED while driving is off.
+OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
 
 
 def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:

@@ -1,9 +1,9 @@
 """Plug-ins' tiles on the driver's page: tests offer, press and read them."""
 
+from fingers import Fingers
 from patience import wait_until
 from pluginrows import mode, offer
 
-OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
 AHEAD, HOME, FOLLOW = mode("ahead"), mode("home"), mode("follow")
 TWENTY = [mode(f"mode{n}") for n in range(20)]
 TILE = {"forward": "Vooruit", "plugin-0": "Ahead"}
@@ -43,26 +43,6 @@ def more(person):
         person.page.locator("#mode").click()
     person.advance(50)
     assert person.data("mode") == "more"
-
-
-class Fingers:
-    """Touches, each with a name."""
-
-    def __init__(self, person):
-        self.session = person.page.context.new_cdp_session(person.page)
-        self.person = person
-        self.down = {}
-
-    def put(self, name, target):
-        x, y = self.person.spot(target)
-        self.down[name] = {"x": x, "y": y, "id": name}
-        self._say("touchStart", *self.down.values())
-
-    def lift(self, name):
-        self._say("touchEnd", self.down.pop(name))
-
-    def _say(self, kind, *points):
-        self.session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
 
 def begin(person, target, by):

@@ -3,7 +3,6 @@
 from patience import wait_until
 from webperson import Driver
 
-OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
 DIRECTIONS = ["forward", "left", "right"]
 ROWS = {"scan": "rows", "scan_ms": 1000}
 LIT = "() => [...document.querySelectorAll('.lit')].map(e => e.id)"

@@ -1,8 +1,8 @@
 // Shows what assist (Rijhulp) does on the tile of Vooruit.
 
 import { setText } from "./dom.js";
+import { tableOf } from "./strings.js";
 
-const HOME = "nl";
 let labels = null;
 
 const link = document.createElement("link");
@@ -12,14 +12,13 @@ const sign = document.createElement("span");
 document.head.append(link);
 document.getElementById("forward").append(sign);
 
-/** The texts in this language, else in Dutch. */
+/** null: asked again with the next state. */
 async function fetchWords(language) {
   labels = {};
-  for (const name of [language, HOME]) {
-    const answer = await fetch(`/strings/${name}-assist.json`).catch(() => null);
-    if (answer?.ok) return (labels = (await answer.json()).labels);
-  }
-  labels = null; // asked again with the next state
+  labels = await tableOf(language, "assist").then(
+    (table) => table.labels,
+    () => null,
+  );
 }
 
 /** The host's [it sees enough to help, it steers]; null: off for this driver. */

@@ -1,5 +1,7 @@
 // An auto ride on the driver's page: supervised by eyes that move on the page.
 
+import { standstill } from "./input.js";
+
 /** Between two messages about it; the board's supervision lasts seconds. */
 const WATCH_MS = 250;
 
@@ -8,15 +10,12 @@ export class AutoRide {
   mode = "";
   over = "";
   #saidAt = -Infinity;
-  #last = ""; // where the pointer was
 
   /** `watch()`: somebody looks. */
   constructor(watch) {
+    const still = standstill();
     addEventListener("pointermove", (event) => {
-      // The browser repeats a pointer that stands still: that does not prove that anyone looks.
-      const place = `${event.clientX} ${event.clientY}`;
-      if (event.defaultPrevented || place === this.#last) return;
-      this.#last = place;
+      if (event.defaultPrevented || still(event)) return;
       const now = performance.now();
       if (!this.mode || document.hidden || now - this.#saidAt < WATCH_MS) return;
       this.#saidAt = now;

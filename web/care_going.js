@@ -2,6 +2,7 @@
 // keeps its place: nothing moves under a finger.
 
 import { ARRIVED, goingWords } from "./going.js";
+import { atTouch } from "./held.js";
 import { MapPicture } from "./map_picture.js";
 import { MapView } from "./map_view.js";
 
@@ -28,10 +29,7 @@ class CareGoing {
     this.#canvas.setAttribute("aria-hidden", "true");
     this.#pause.type = "button";
     this.#pause.textContent = words.label("going_pause");
-    // At the touch itself: while another finger is down, no click follows.
-    for (const kind of ["pointerdown", "click"]) {
-      this.#pause.addEventListener(kind, () => on.pause());
-    }
+    atTouch(this.#pause, on.pause);
     this.#box.append(this.#line, this.#canvas, this.#pause);
     root.append(this.#box);
     this.#view = new MapView(this.#canvas, () => {});

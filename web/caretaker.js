@@ -8,7 +8,7 @@ import { CapSlider } from "./cap_slider.js";
 import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
 import { Gamepads } from "./gamepad.js";
-import { Held } from "./held.js";
+import { atTouch, Held } from "./held.js";
 import { WORDS_MS } from "./help.js";
 import { Joystick } from "./joystick.js";
 import { ObstacleLine } from "./line.js";
@@ -59,6 +59,7 @@ const pairing = new Pairing(byId("invite"), byId("devices"), strings, refuse);
 
 let state = null; // the host's newest state
 let latched = []; // messages that only a reset clears
+let away = false; // the person has left since the last request to take over
 let edge = 0;
 let youMs = -WORDS_MS; // since when this page drives, or does not
 let comingMs = null; // since when the state says that a caretaker is coming
@@ -118,6 +119,7 @@ const reset = new Held(byId("reset"), {
   },
   end: () => (resetSince = null),
 });
+const holds = [joystick, bypass, watching, reset];
 
 const receivers = {
   welcome(welcome) {
@@ -132,6 +134,7 @@ const receivers = {
     if (news.you !== (state?.you ?? false)) youMs = now;
     if (news.message !== state?.message) reset.end(); // it means what was shown
     state = news;
+    if (away && news.you) socket.send("release");
     setData("state", news.state);
     setData("you", news.you);
     setData("simulated", news.simulated);
@@ -177,11 +180,7 @@ function tell(now) {
 }
 
 function endAll() {
-  joystick.end();
-  bypass.end();
-  watching.end();
-  reset.end();
-  first?.end();
+  for (const part of [...holds, first]) part?.end();
 }
 
 /** Loads a part on demand; undefined when it does not load. One that still loads is made once. */
@@ -225,9 +224,10 @@ async function openGoing() {
   going = await late("care_going", (part) => part.careGoing(byId("drive"), strings, on));
 }
 
-/** The phone is put away: stop driving from here. */
+/** The phone is put away: stop driving from here, even if the request to is still on its way. */
 function leave() {
   endAll();
+  away = true;
   if (state?.you) socket.send("release");
 }
 
@@ -247,13 +247,10 @@ function stop(kind = "stop") {
   endAll();
   if (kind === "stop") stopSeen.asked(sent, performance.now());
 }
-// At the touch itself: while another finger is down, no click follows.
-for (const kind of ["stop", "emergency"]) {
-  byId(kind).addEventListener("pointerdown", () => stop(kind));
-  press(kind, () => stop(kind));
-}
+for (const kind of ["stop", "emergency"]) atTouch(byId(kind), () => stop(kind));
 press("take", () => {
   if (performance.now() - youMs < WORDS_MS) return; // it means the words before
+  away = false;
   if (state?.you) socket.send("release");
   else socket.sendFresh("take");
 });
@@ -285,10 +282,7 @@ setInterval(() => {
   if (clock.jumped(now, Date.now())) leave();
   socket.tick(now);
   lookAtGamepads();
-  joystick.tick(now);
-  bypass.tick(now);
-  watching.tick(now);
-  reset.tick(now);
+  for (const part of holds) part.tick(now);
   if (body.dataset.tab === "first") first?.tick(now);
   if (body.dataset.tab === "maps") maps?.tick(now);
   picture.tick(now);

@@ -32,7 +32,8 @@ export class FloorMarks {
   #view = document.querySelector(".view");
   #home = this.#view.parentNode;
   #parts = {};
-  #grip = null; // where a finger was last, pixels; null: none is on the picture
+  #onPicture = false; // the newest touch was
+  #grip = null; // the finger that moves the picture: {id, x, y}, pixels
 
   /** `post(value)` has the host fit the marks; resolves to a refusal, or undefined. */
   constructor(words, post) {
@@ -96,6 +97,8 @@ export class FloorMarks {
     floor.addEventListener("click", (event) => this.#tap(event));
     floor.addEventListener("pointermove", (event) => this.#drag(event));
     floor.addEventListener("pointerdown", (event) => this.#grasp(event));
+    const lifted = ({ pointerId: id }) => id === this.#grip?.id && (this.#grip = null);
+    for (const end of ["pointerup", "pointercancel"]) floor.addEventListener(end, lifted);
     floor.addEventListener("keydown", (event) => this.#key(event));
     this.#go(this.#now);
   }
@@ -185,26 +188,27 @@ export class FloorMarks {
   }
 
   /** A touch on something over the picture (a banner, a call) does not count. */
-  #grasp(event) {
-    this.#grip = event.target.id === "picture" ? [event.clientX, event.clientY] : null;
-    if (this.#grip) this.#parts.floor.setPointerCapture(event.pointerId);
+  #grasp({ target, pointerId: id, clientX: x, clientY: y }) {
+    this.#onPicture = target.id === "picture";
+    this.#grip = this.#onPicture ? { id, x, y } : null;
+    if (this.#grip) this.#parts.floor.setPointerCapture(id);
   }
 
   /** On the whole picture: places the mark there and enlarges. */
   #tap({ clientX, clientY }) {
-    if (!this.#grip || this.#zoom !== 1) return;
+    if (!this.#onPicture || this.#zoom !== 1) return;
     const box = this.#parts.floor.getBoundingClientRect();
     this.#zoom = ENLARGED;
     this.#put((clientX - box.left) / box.width, (clientY - box.top) / box.height);
   }
 
-  /** When enlarged, the picture moves with the finger, and the cross stays. */
-  #drag({ buttons, clientX, clientY }) {
-    if (!this.#grip || this.#zoom === 1 || buttons === 0) return;
-    const [x, y] = this.#grip;
-    this.#grip = [clientX, clientY];
+  /** When enlarged, the picture moves with the newest finger, and the cross stays. */
+  #drag({ pointerId: id, buttons, clientX: x, clientY: y }) {
+    if (this.#grip?.id !== id || this.#zoom === 1 || buttons === 0) return;
+    const [du, dv] = [this.#grip.x - x, this.#grip.y - y];
+    this.#grip = { id, x, y };
     const box = this.#parts.floor.getBoundingClientRect();
-    this.#move((x - clientX) / box.width / this.#zoom, (y - clientY) / box.height / this.#zoom);
+    this.#move(du / box.width / this.#zoom, dv / box.height / this.#zoom);
   }
 
   #key(event) {

@@ -1,10 +1,8 @@
 // Texts about auto motions, for the driver's page and the caretaker's.
 
-import { tableOf } from "./table.js";
+import { cut, isolated } from "./plugins.js";
+import { tableOf } from "./strings.js";
 
-/** Isolates a name that may run from right to left. */
-const ISOLATE = "\u2068";
-const END_ISOLATE = "\u2069";
 const NAME = 24;
 /** The tone of an arrival; see Tones. */
 export const ARRIVED = [
@@ -41,8 +39,7 @@ class GoingWords {
   /** {text, do}: what the chair does, or why it stands, and what to do. */
   says({ kind, state, reason, name }) {
     const { text, do: advice } = this.#message(kind, reason, `going_${state}`);
-    const cut = [...String(name)].slice(0, NAME).join("");
-    return { text: text.replace("{name}", () => ISOLATE + cut + END_ISOLATE), do: advice };
+    return { text: text.replace("{name}", () => isolated(cut(name, NAME))), do: advice };
   }
 
   /** {text, do} for choosing a spot for a tile, or for the chosen one. */

@@ -2,6 +2,11 @@
 
 const isKey = (event) => event.key === "Enter" || event.key === " ";
 
+/** At the touch itself: while another finger is down, no click follows. */
+export const atTouch = (element, act) => {
+  for (const kind of ["pointerdown", "click"]) element.addEventListener(kind, () => act());
+};
+
 /** `on` receives begin(), held() at once and at every heartbeat, end(). */
 export class Held {
   #on;

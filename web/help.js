@@ -4,8 +4,9 @@ import { byId, setData, setText } from "./dom.js";
 
 /** A press this soon after a button's words changed means the words before. */
 export const WORDS_MS = 500;
-let called = false; // as the button's words say
-let calledMs = -WORDS_MS; // since when
+/** As the button's words say, and since when. */
+let called = false;
+let calledMs = -WORDS_MS;
 
 /** Of the host's state: `call`, `coming`, `heard`. */
 export function showHelp({ call = false, coming = false, heard }, strings) {

@@ -12,6 +12,12 @@ const KEYS = {
 const OWN_MOVE_MS = 60;
 const RECENT_MS = 1500;
 
+/** Detects a pointer that stands still, which the browser repeats: that proves no look. */
+export function standstill() {
+  let last = "";
+  return ({ clientX: x, clientY: y }) => last === (last = `${x} ${y}`);
+}
+
 /** Detects clicks of a pointer that never moves in between: gaze control that only clicks. */
 class ClickOnly {
   #moves = [];
@@ -37,8 +43,8 @@ class ClickOnly {
  */
 export function listen(targets, hits, { shown, away, pressed }) {
   let current = null;
-  let last = { x: NaN, y: NaN };
   const clicks = new ClickOnly();
+  const still = standstill();
   const stampOf = (event) => Math.min(event.timeStamp, performance.now());
   const find = (event) => (current = hits.at(event.clientX, event.clientY, current));
   const source = (event) => `pointer ${event.pointerId}`;
@@ -58,9 +64,7 @@ export function listen(targets, hits, { shown, away, pressed }) {
     // While another button of the mouse is down, a move tells that the left one came up.
     if (!(event.buttons & 1)) targets.release(source(event), at);
     if (event.buttons) return targets.drag(find(event), source(event), at);
-    // The browser repeats a pointer that stands still: that does not prove that anyone looks.
-    if (event.clientX === last.x && event.clientY === last.y) return;
-    last = { x: event.clientX, y: event.clientY };
+    if (still(event)) return;
     clicks.moved(at);
     targets.hover(find(event), at);
   });
@@ -109,8 +113,8 @@ export function listen(targets, hits, { shown, away, pressed }) {
   addEventListener("pagehide", leave);
   document.addEventListener("freeze", leave);
   document.addEventListener("visibilitychange", () => document.hidden && leave());
-  document.documentElement.addEventListener("pointerleave", (event) => {
-    // A lifted finger "leaves" too: that is a release.
-    if (event.pointerType !== "touch") cancel();
+  document.documentElement.addEventListener("pointerleave", ({ pointerType: kind }) => {
+    // A lifted finger or stylus "leaves" too, after its release; a stylus over the page may hold.
+    if (kind === "mouse" || (kind === "pen" && targets.holding)) cancel();
   });
 }

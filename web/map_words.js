@@ -1,7 +1,7 @@
 // The texts about maps: their own, else the page's.
 
 import { PartWords } from "./part_words.js";
-import { tableOf } from "./table.js";
+import { tableOf } from "./strings.js";
 
 /** The texts in this language, else in Dutch. Throws when the host does not answer. */
 export async function mapWords(strings) {

@@ -1,8 +1,7 @@
 // Names and problems of plug-ins as text; the plug-ins' own texts are never trusted.
 
-import { tableOf } from "./table.js";
+import { HOME, tableOf } from "./strings.js";
 
-const HOME = "nl";
 /** Longest name and icon, in characters: what fits on a tile. */
 const NAME = 20;
 const ICON = 4;
@@ -11,11 +10,11 @@ const STEP_S = 5;
 const MS = 1000;
 /** Problems that need somebody; all others are retried automatically. */
 const FOR_PEOPLE = ["plugin_missing", "plugin_setting"];
-/** Isolates a text that may run from right to left. */
-const ISOLATE = "\u2068";
-const END_ISOLATE = "\u2069";
 
-const cut = (text, longest) => [...String(text ?? "")].slice(0, longest).join("");
+/** The first characters of others' text. */
+export const cut = (text, longest) => [...String(text ?? "")].slice(0, longest).join("");
+/** Others' text, which may run from right to left, within a sentence. */
+export const isolated = (text) => `\u2068${text}\u2069`;
 
 /** The texts in this language, else in Dutch. Throws when the host does not answer. */
 export async function pluginWords(language) {
@@ -70,7 +69,7 @@ class PluginWords {
     if (told.level !== "ok" || wrong.length === 0) return told;
     const [first, ...others] = wrong;
     const also = others.length ? ` ${this.#labels.plugin_also.replace("{n}", others.length)}` : "";
-    const text = `${ISOLATE}${this.name(first)}${END_ISOLATE} ${this.wrong(first)}.${also}`;
+    const text = `${isolated(this.name(first))} ${this.wrong(first)}.${also}`;
     const level = FOR_PEOPLE.includes(first.reason) ? "warning" : "wait";
     return { ...told, level, key: "plugin", said: { text, do: this.again(first, token) } };
   }

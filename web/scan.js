@@ -6,6 +6,8 @@ const FEW = 4;
 const ROUNDS = 3;
 /** Rounds within a row; then the rows again. */
 const ROW_ROUNDS = 2;
+/** Time to choose, in steps, at least: a row is lit twice before the rows come again. */
+const LEAST_STEPS = 9;
 /** This soon after a change nobody can have seen it: a press counts for what was lit before. */
 const UNSEEN_MS = 50;
 /** A press that arrives later than this (the page stalled) is ignored. */
@@ -57,13 +59,17 @@ export class Scan {
     this.cancel(at);
   }
 
-  /** What can be chosen now besides Stop, row by row. A new offer restarts the scan. */
+  /**
+   * What can be chosen now besides Stop, row by row. A new offer restarts the scan; a press ends
+   * unless it holds a target that is still offered.
+   */
   offer(rows, at) {
     if (rows.length === this.#offered.length && rows.every((r, n) => same(r, this.#offered[n]))) {
       return;
     }
     this.#offered = rows;
-    this.#drop();
+    const kept = this.#held() && rows.flat().includes(this.#press.names[0]);
+    if (!kept) this.#drop();
     this.#restart(at);
   }
 
@@ -114,9 +120,9 @@ export class Scan {
     this.#restart(at);
   }
 
-  /** The time that lights everything once, with one more step to press at the last one, ms. */
+  /** The time needed to choose, ms: everything is lit, and one more step to press at the last. */
   get roundMs() {
-    return (this.#list().length + 1) * this.#stepMs;
+    return Math.max(LEAST_STEPS, this.#list().length + 1) * this.#stepMs;
   }
 
   /** Advances the time; call it often (every 25 ms). */

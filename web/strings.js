@@ -1,6 +1,7 @@
 // The pages' texts: loads strings/<language>.json, looks texts up, fills in labels.
 
-const HOME = "nl";
+/** The language of texts that another one lacks. */
+export const HOME = "nl";
 const RETRY_MS = 2000;
 
 /** The language asked for in the address (?lang=en), else `wish` ("en", "en-GB"), else Dutch. */
@@ -64,27 +65,30 @@ export class Strings {
 }
 
 /**
- * Loads a language, Dutch when there is no such file. `more` names a second file of texts, for a
- * page with more texts than the driver's ("care": nl-care.json).
+ * The texts of strings/LANGUAGE.json, or LANGUAGE-PART.json, else the Dutch ones; `language`:
+ * theirs. Throws when the host does not answer.
  */
-export async function loadStrings(language, more) {
-  const table = await load(language);
-  if (table === null) return loadStrings(HOME, more);
-  const others = more && (await load(`${language}-${more}`));
-  for (const kind in others) Object.assign(table[kind], others[kind]);
-  return new Strings(language, table);
+export async function tableOf(language, ...part) {
+  for (const name of [language, HOME]) {
+    const answer = await fetch(`/strings/${[name, ...part].join("-")}.json`);
+    if (answer.ok) return { ...(await answer.json()), language: name };
+    if (answer.status !== 404 || name === HOME) throw new Error(`status ${answer.status}`);
+  }
 }
 
-/** A file of texts, trying again until the host answers; null when there is none but Dutch. */
-async function load(name) {
+/**
+ * A page's texts, trying again until the host answers. `more` names a second file of texts, for a
+ * page with more texts than the driver's ("care": nl-care.json).
+ */
+export async function loadStrings(wish, more) {
   for (;;) {
     try {
-      const answer = await fetch(`/strings/${name}.json`);
-      if (answer.ok) return await answer.json();
-      console.warn(`strings/${name}.json: the host answered ${answer.status}`);
-      if (answer.status === 404 && name !== HOME) return null;
+      const { language, ...table } = await tableOf(wish);
+      const others = more && (await tableOf(language, more));
+      for (const kind in table) Object.assign(table[kind], others?.[kind]);
+      return new Strings(language, table);
     } catch (error) {
-      console.warn(`strings/${name}.json: ${error.message}`);
+      console.warn("strings", error);
     }
     await new Promise((resume) => setTimeout(resume, RETRY_MS));
   }

@@ -2,7 +2,8 @@
 
 /** Requests the wake lock now and after each return to the page. */
 export function keepAwake() {
-  if (!navigator.wakeLock) return; // not available over plain http, except on loopback
+  // Not available over plain http, except on loopback.
+  if (!navigator.wakeLock) return;
   const ask = () => {
     if (document.hidden) return;
     navigator.wakeLock.request("screen").catch((error) => {

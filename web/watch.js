@@ -36,7 +36,7 @@ export class AutoOff {
     this.#scanMs = 0;
   }
 
-  /** Scanning needs this long to light every choice: driving stays on at least as long. */
+  /** Scanning needs this long for a choice: driving stays on at least as long. */
   scans(ms) {
     this.#scanMs = Math.max(this.#scanMs, ms);
   }

@@ -5,7 +5,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page
 
-from fakehost import FakeHost
+from fakehost import OFF, FakeHost
+from patience import wait_until
 from plugintiles import AHEAD, tiled
 from webperson import CARETAKER, Driver, save
 
@@ -84,6 +85,16 @@ def driver(page: Page, host: FakeHost) -> Driver:
     person = Driver(page, host)
     person.open()
     return person
+
+
+@pytest.fixture
+def menu(driver: Driver) -> Driver:
+    """The driver's page with its menu open."""
+    driver.state(**OFF)
+    driver.page.locator("#menu").click()
+    wait_until(lambda: driver.data("view") == "menu", "the menu")
+    driver.advance(100, look=(0.5, 0.66))  # off its tiles, so that the gaze chooses none
+    return driver
 
 
 @pytest.fixture

@@ -3,14 +3,13 @@
 import pytest
 
 import gazesetup
-from fakehost import picture
+from fakehost import OFF, picture
 from gazedemo.browser import OPTIONS
 from patience import wait_until
 from webperson import Driver
 
 pytestmark = pytest.mark.browser
 
-OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
 TAKEN = {"state": "armed", "you": False, "owner": "caretaker"}
 LANGUAGES = ["nl", "en"]
 MENU_TARGETS = ["tile-1", "tile-2", "tile-3", "tile-4", "tile-5", "back"]
@@ -229,15 +228,6 @@ def test_a_kiosk_that_may_sounds_by_itself(chromium, host):
 
 
 # The menu
-
-
-@pytest.fixture
-def menu(driver):
-    driver.state(**OFF)
-    driver.page.locator("#menu").click()
-    wait_until(lambda: driver.data("view") == "menu", "the menu")
-    driver.advance(100, look=(0.5, 0.5))  # off its tiles, so that the gaze chooses none
-    return driver
 
 
 def test_reading_the_menu_chooses_nothing(menu, host):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fakehost import FakeHost, picture
+from fakehost import OFF, FakeHost, picture
 from pagelooks import OVERFLOWING, REST, SCREENS
 from patience import wait_until
 from webperson import Driver
@@ -88,7 +88,6 @@ def test_no_target_ever_moves(shown):
     assert boxes(shown, TARGETS) == before
 
 
-OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
 STATES = {
     "disarmed": dict(OFF, simulated=True),
     "not-ready": dict(

@@ -2,29 +2,16 @@
 
 import pytest
 
-from fakehost import picture
+from fakehost import OFF, picture
 from patience import wait_until
 
 pytestmark = pytest.mark.browser
-
-OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
 
 
 def choose(driver, target):
     """A click on a target, and the pointer away again."""
     driver.page.locator(f"#{target}").click()
     driver.look((0.5, 0.66))
-
-
-@pytest.fixture
-def menu(driver):
-    """The menu is open."""
-    driver.state(**OFF)
-    x, y = driver.spot("menu")
-    driver.advance(1100, look=(x / 1920, y / 1080))
-    wait_until(lambda: driver.data("view") == "menu", "the menu")
-    driver.advance(100, look=(0.5, 0.66))  # off its tiles, so that the gaze chooses none
-    return driver
 
 
 def background(driver, host):

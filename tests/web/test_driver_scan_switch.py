@@ -2,7 +2,8 @@
 
 import pytest
 
-from webscanner import DIRECTIONS, OFF, opened
+from fakehost import OFF
+from webscanner import DIRECTIONS, opened
 
 pytestmark = pytest.mark.browser
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageDraw
 
+from fingers import Fingers
 from gazechair.first_drive.floor_marks import FloorMarks, marks_of
 from gazechair.picture.floor_store import FloorStore
 from gazesim.floor_view import Eye, Floor, FloorView
@@ -236,27 +237,50 @@ def test_picture_words_and_buttons_have_room(marking, size):
     marking.press("Sluiten")
 
 
+class Touched:
+    """Fingers on a picture with one mark, at (0.4, 0.6); places are fractions of the picture."""
+
+    def __init__(self, marking):
+        self._marking = marking
+        marking.open()
+        self._box = marking.box()
+        self._fingers = Fingers(marking.person)
+        self.lift = self._fingers.lift
+        self._crosses = marking.page.locator("path.cross.ink")
+        self.touch(1, 0.4, 0.6)
+        self.lift(1)
+        wait_until(lambda: self._crosses.count() == 1, "the mark")
+
+    def touch(self, finger, u, v):
+        x, y, wide, high = (self._box[name] for name in ("x", "y", "width", "height"))
+        self._fingers.touch(finger, x + u * wide, y + v * high)
+
+    def mark(self):
+        """Where it is on the whole picture."""
+        self._marking.press("Hele beeld")
+        path = self._crosses.get_attribute("d")
+        x, y = (float(one) for one in path[1:].split("h")[0].split())
+        return (x + 14) / self._box["width"], y / self._box["height"]
+
+
 def test_a_finger_moves_the_enlarged_picture(marking):
-    marking.open()
-    session = marking.page.context.new_cdp_session(marking.page)
-    box = marking.box()
-
-    def touch(kind, *at):
-        (x, y, wide, high) = (box[name] for name in ("x", "y", "width", "height"))
-        points = [{"x": x + u * wide, "y": y + v * high} for u, v in at]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-
-    touch("touchStart", (0.4, 0.6))
-    touch("touchEnd")
-    crosses = marking.page.locator("path.cross.ink")
-    wait_until(lambda: crosses.count() == 1, "the mark")
-    touch("touchStart", (0.5, 0.5))
+    touched = Touched(marking)
+    touched.touch(1, 0.5, 0.5)
     for n in range(1, 11):
-        touch("touchMove", (0.5 + 0.02 * n, 0.5 - 0.01 * n))
-    touch("touchEnd")
+        touched.touch(1, 0.5 + 0.02 * n, 0.5 - 0.01 * n)
+    touched.lift(1)
     # A fifth to the right on a picture four times as large, a tenth up.
-    marking.press("Hele beeld")
-    path = crosses.get_attribute("d")
-    x, y = (float(one) for one in path[1:].split("h")[0].split())
-    assert (x + 14) / box["width"] == pytest.approx(0.4 - 0.05, abs=0.004)
-    assert y / box["height"] == pytest.approx(0.6 + 0.025, abs=0.004)
+    assert touched.mark() == pytest.approx((0.4 - 0.05, 0.6 + 0.025), abs=0.004)
+
+
+def test_of_two_fingers_the_newest_moves_the_picture_and_nothing_jumps(marking):
+    touched = Touched(marking)
+    touched.touch(1, 0.2, 0.2)
+    touched.touch(2, 0.8, 0.8)
+    for n in range(1, 5):  # as if to enlarge it
+        touched.touch(1, 0.2 - 0.01 * n, 0.2)
+        touched.touch(2, 0.8 - 0.02 * n, 0.8)
+    touched.lift(2)
+    touched.touch(1, 0.5, 0.5)
+    touched.lift(1)
+    assert touched.mark() == pytest.approx((0.4 + 0.02, 0.6), abs=0.004)

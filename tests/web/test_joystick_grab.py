@@ -2,6 +2,7 @@
 
 import pytest
 
+from fingers import Fingers
 from patience import wait_until
 from webperson import CARETAKER, Driver
 
@@ -10,37 +11,6 @@ pytestmark = pytest.mark.browser
 PHONE = {"width": 390, "height": 844}
 # Pushes everything below the page's head down, as a banner that appears would.
 SHOVE = "px => { document.querySelector('header').style.paddingBottom = `${px}px`; }"
-
-
-class Fingers:
-    """Fingers on the glass, as the browser's own touch events. Places are px of the viewport."""
-
-    def __init__(self, page):
-        self._page = page
-        page.evaluate("() => { window.felt = 0; addEventListener('pointermove', () => felt++); }")
-        self._session = page.context.new_cdp_session(page)
-        self._down = {}
-
-    def touch(self, name, x, y):
-        """Puts a finger down, or moves it."""
-        kind = "touchMove" if name in self._down else "touchStart"
-        felt = self._page.evaluate("felt")
-        self._down[name] = (x, y)
-        self._send(kind, self._down)
-        if kind == "touchMove":  # the browser tells the page with its next frame
-            wait_until(lambda: self._page.evaluate("felt") > felt, "the finger's move")
-
-    def lift(self, name):
-        self._send("touchEnd", {name: self._down.pop(name)})
-
-    def cancel(self):
-        """The system takes the touches away: a gesture, a call."""
-        self._down.clear()
-        self._session.send("Input.dispatchTouchEvent", {"type": "touchCancel", "touchPoints": []})
-
-    def _send(self, kind, where):
-        points = [{"x": x, "y": y, "id": n} for n, (x, y) in where.items()]
-        self._session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
 
 @pytest.fixture
@@ -59,7 +29,7 @@ def driving(page, host):
 
 @pytest.fixture
 def fingers(driving):
-    return Fingers(driving.page)
+    return Fingers(driving)
 
 
 def place(driving, right, forward):

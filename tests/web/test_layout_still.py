@@ -5,7 +5,7 @@ import json
 import pytest
 
 import gazesetup
-from fakehost import picture
+from fakehost import OFF, picture
 from layoutshift import WATCH, take
 from patience import wait_until
 from pluginrows import lost, mode, offer
@@ -19,7 +19,6 @@ WORDS = json.loads((gazesetup.ROOT / "web/strings/nl.json").read_text("utf-8"))[
 LONGEST = sorted(WORDS, key=lambda key: len(WORDS[key]["text"] + WORDS[key]["do"]))
 DRIVE = ("forward", "backward", "left", "right")
 LONG_NAME = "Maximiliaan Alexander van den Heuvel-Ber"
-OFF = {"state": "disarmed", "you": False, "owner": "nobody", "motion": "stopped"}
 MINE = {"state": "armed", "you": True, "owner": "driver"}
 OTHERS = {"state": "armed", "you": False, "owner": "caretaker"}
 AHEAD, HOME, FAR = mode("ahead"), mode("home"), mode("far", names={"nl": "W" * 20, "en": "iI " * 7})
@@ -39,7 +38,7 @@ GOING = {"mode": "home", "kind": "place", "name": "W" * 20, "state": "drives", "
 GOING |= {"goal": {}, "left_m": 12.3}
 # The host's messages, one after the other; every step is a real one.
 NEWS = [
-    OFF,
+    OFF | {"motion": "stopped"},
     {"simulated": True},
     {"relay_checked": False},
     {"level": "error", "message": "board_lost", "arm_reason": "not_connected"},

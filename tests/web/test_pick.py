@@ -206,7 +206,12 @@ def test_back_stop_and_driving_off_end_it(driver):
     assert ("spot", None, None) in sent
     assert driver.data("view") == "drive"
     assert not driver.page.locator("#over-picture .way").count()
-    driver.state(auto=["", MODE], spot=None)
+    ended = {**RIDES, "state": "ended", "reason": "going_stopped"}
+    driver.state(auto=["", MODE], spot=None, going=ended)
+    driver.advance(50)
+    assert "Gestopt op de lijn" in driver.text("#status")
+    assert "Verder" not in driver.text("#status")
+    driver.state(going=None)
     driver.hover("plugin-1")
     assert driver.data("view") == "pick"
     driver.forget()

@@ -2,14 +2,14 @@
 
 import pytest
 
+from fakehost import OFF
+from fingers import Fingers, Stylus
 from pluginrows import WELL
 from plugintiles import (
     AHEAD,
     HELD,
     HOME,
-    OFF,
     TWENTY,
-    Fingers,
     begin,
     end,
     more,
@@ -277,3 +277,11 @@ def test_a_short_press_of_a_tile_that_nobody_holds_is_no_tap(ride):
     assert len({m["edge"] for m in ride.heard("mode")}) == 3
     assert ride.data("mode") == "continuous"
     assert not ride.page.locator("#banner").is_visible()
+
+
+def test_a_stylus_starts_what_nobody_holds_and_lifting_it_off_stops_nothing(ride):
+    auto_ride(ride)
+    Stylus(ride).tap("plugin-0")
+    ride.state(auto=["ahead", ""])
+    ride.advance(500)
+    assert {m["k"] for m in ride.heard("mode", "stop")} == {"mode"}

@@ -2,10 +2,10 @@
 
 import pytest
 
-from fakehost import picture
+from fakehost import OFF, picture
 from patience import wait_until
 from pluginrows import lost, mode, offer
-from plugintiles import AHEAD, FOLLOW, HELD, HOME, OFF, begin, moves, shown, tiled
+from plugintiles import AHEAD, FOLLOW, HELD, HOME, begin, moves, shown, tiled
 from webperson import Driver
 
 pytestmark = pytest.mark.browser

@@ -39,14 +39,14 @@ async ({ times, begin, depth }) => {
     let now = 1000, lit = ["stop"], before = null, litAt = now, moving = false, offer = 0;
     let closed = false, downAt = 0, openAt = -1e9; // the contact
     let press = null; // what the newest press may take: {at, names, left}
-    let held = false, doubt = false, stopped = 0, freeAt = -1e9;
+    let held = null, doubt = false, stopped = 0, freeAt = -1e9;
     const say = (rule) => wrong.length < 5 && wrong.push(`${rule}: ${sequence.join(" ")}`);
     const on = {
       show: (names) => { before = lit; lit = names; litAt = now; },
       used() {},
       stop: () => { stopped += 1; stops += 1; },
       doubt: (open) => { doubt = open; },
-      release: () => { held = false; doubt = false; },
+      release: () => { held = null; doubt = false; },
       press(name) {
         presses += 1;
         if (held) say("a choice while another is held");
@@ -57,7 +57,7 @@ async ({ times, begin, depth }) => {
         if (name === "stop") say("Stop is no choice, it stops");
         if (now - press.at < acceptMs) say("too short");
         if (!closed && now !== openAt) say("a choice without contact");
-        held = true;
+        held = name;
         doubt = false;
       },
     };
@@ -113,10 +113,12 @@ async ({ times, begin, depth }) => {
         scan.setMoving(moving, now);
         if (was !== moving) begins();
       } else {
+        const was = held;
         if (event === "offer") scan.offer(OFFERS[(offer ^= 1)], now);
         else scan.cancel(now);
         if (press) press.spent = true;
-        if (held) say(`${event} leaves it held`);
+        const stays = event === "offer" && OFFERS[offer].flat().includes(was) ? was : null;
+        if (held !== stays) say(`${event} leaves ${held} held, not ${stays}`);
         begins();
         // After a loss nobody knows of the contact: only a new closing is a press.
         if (event === "lost" && closed) { closed = false; openAt = -1e9; }

@@ -109,12 +109,17 @@ def test_what_is_shown_starts_by_its_tile_alone_and_any_press_stops_it(choosing)
     assert choosing.heard("mode") == []
     choosing.choose(TILES, ["plugin-go"])
     assert choosing.heard("mode")[0]["mode"] == MODE
+    edge = choosing.heard("mode")[0]["edge"]
     rides = {"mode": MODE, "kind": "look", "name": "", "state": "drives", "goal": {}}
     rides |= {"reason": "", "px": SPOT["px"]}
     choosing.state(auto=[MODE, ""], going=rides, motion="forward")
-    choosing.advance(500)
+    choosing.forget()
+    choosing.advance(1000)
     assert choosing.lit() == ["stop"]
     assert choosing.page.evaluate(BARS) == []
+    held = choosing.heard("mode", "stop")  # supervises it, as the bars go too
+    assert len(held) >= 36
+    assert {(m["k"], m.get("edge")) for m in held} == {("mode", edge)}
     choosing.up()
     choosing.advance(500)
     choosing.forget()

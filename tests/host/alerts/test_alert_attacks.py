@@ -35,16 +35,9 @@ from gazechair.base.health import HealthRegistry
 from gazechair.config.configuration import Config, RouteConfig
 from gazechair.config.rules import Secret
 from gazechair.driving.control import Control
+from patience import PATIENCE_S, wait_until
 
-PATIENCE_S = 60.0
 FAILURES = [key for key, reason in REASONS.items() if reason.kind == "failure"]
-
-
-def until(true: Callable[[], object]) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not true():
-        assert time.monotonic() < end_s
-        time.sleep(0.02)
 
 
 # People
@@ -334,13 +327,13 @@ def test_a_route_that_hangs_leaves_the_others_room_and_is_ended_by_a_new_process
     assert len(told) == 30 - MOST_ON_ROUTE
     told.clear()
     attempts.begin({"number": 99, "route": "zus", "url": "x", "title": "", "body": ""}, 0.0)
-    until(lambda: told)
+    wait_until(lambda: told)
     assert told == [{"number": 99, "route": "zus", "problem": ""}]
     assert not attempts.worn
     attempts.look(100.0)
     assert attempts.worn
     gate.set()
-    until(lambda: attempts.stuck == 0)
+    wait_until(lambda: attempts.stuck == 0)
     assert not attempts.worn
 
 

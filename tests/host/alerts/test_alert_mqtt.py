@@ -25,21 +25,14 @@ from gazechair.base.health import DEGRADED, OK, Health
 from gazechair.config import configuration
 from gazechair.service import doctor
 from gazechair.service.doctor import Finding
+from patience import wait_until
 
-PATIENCE_S = 60.0
 QUIET = {"help": "OFF", "state": "ok", "last_alert": ""}
 _PASSWORD = (  # "hush-hush", as mosquitto_passwd writes it
     "chair:$7$101$c2FsdHNhbHRzYWx0$r5K0+Y2UeuAkaftUacASB0zvwlIwv2"
     "XCbgDlWQLxQxnxjXKpjz9Mc5fAaHog4PLUGmwfhdFKvRcMM8/NZiY8eQ==\n"
 )
 CALL = {"help": "ON", "state": "help", "last_alert": "De bestuurder vraagt hulp"}
-
-
-def until(true: Callable[[], object]) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not true():
-        assert time.monotonic() < end_s
-        time.sleep(0.02)
 
 
 class Listener:
@@ -60,7 +53,7 @@ class Listener:
         self.heard.put((message.topic, message.payload.decode()))
 
     def wait(self, topic: str, payload: str) -> None:
-        until(lambda: self.retained.get(topic) == payload)
+        wait_until(lambda: self.retained.get(topic) == payload)
 
     def close(self) -> None:
         self._client.disconnect()
@@ -87,7 +80,7 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
         [program, "-c", folder / "conf"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     try:
-        until(lambda: _listens(port))
+        wait_until(lambda: _listens(port))
         yield port
     finally:
         process.terminate()
@@ -121,7 +114,7 @@ def test_the_process_announces_tells_and_its_end_is_told_by_the_broker(
             listener.wait(topic, json.dumps(entity))
         sender.tell_broker(url, "thuis", CALL)
         listener.wait("gazechair/thuis/state", json.dumps(CALL))
-        until(lambda: health.state == OK)
+        wait_until(lambda: health.state == OK)
     finally:
         sender.stop()
     listener.wait("gazechair/thuis/availability", "offline")
@@ -134,7 +127,7 @@ def test_a_wrong_password_or_no_broker_is_a_reason_without_the_secret(port: int)
         sender.start()
         try:
             sender.tell_broker(f"mqtt://{address}", "x", QUIET)
-            until(lambda health=health: health.state == DEGRADED and "yet" not in health.detail)
+            wait_until(lambda part=health: part.state == DEGRADED and "yet" not in part.detail)
             assert health.detail.startswith("MQTT: ")
             assert "wrong-one" not in health.detail
         finally:
@@ -154,7 +147,7 @@ def test_the_doctor_asks_the_broker_beside_a_host_that_runs(port: int, tmp_path:
     broker = Broker()
     url = f"chair:hush-hush@127.0.0.1:{port}"
     broker.tell(f"mqtt://{url}", "x", QUIET, 0.0)
-    until(lambda: broker._connected)
+    wait_until(lambda: broker._connected)
     assert found(tmp_path, url) == Finding(doctor.OK, "mqtt", "the broker answers")
     assert broker._connected
     broker._client.disconnect()

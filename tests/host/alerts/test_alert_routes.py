@@ -9,7 +9,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -24,8 +24,7 @@ from gazechair.alerts.sender import Sender
 from gazechair.alerts.words import Words, words
 from gazechair.base.health import OK, Health
 from gazechair.base.languages import languages
-
-PATIENCE_S = 60.0
+from patience import PATIENCE_S, wait_until
 
 
 class Target:
@@ -60,13 +59,6 @@ def target() -> Iterator[Target]:
     yield target
     target.server.shutdown()
     target.server.server_close()
-
-
-def until(true: Callable[[], object]) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not true():
-        assert time.monotonic() < end_s
-        time.sleep(0.02)
 
 
 def test_a_message_arrives(target: Target) -> None:
@@ -124,14 +116,14 @@ def test_two_routes_are_used_at_the_same_time_and_one_that_hangs_has_its_time() 
     for number, url in enumerate(("works", "refuses", "hangs"), 1):
         job = {"number": number, "route": url, "url": url, "title": "", "body": ""}
         attempts.begin(job, 100.0)
-    until(lambda: len(told) == 2)
+    wait_until(lambda: len(told) == 2)
     attempts.look(100.0 + LIMIT_S)
     assert {one["route"]: one["problem"] for one in told} == {"works": "", "refuses": "refused"}
     attempts.look(100.1 + LIMIT_S)
     assert told[2] == {"number": 3, "route": "hangs", "problem": f"no answer within {LIMIT_S:g} s"}
     assert attempts.stuck == 1
     gate.set()
-    until(lambda: attempts.stuck == 0)
+    wait_until(lambda: attempts.stuck == 0)
     assert len(told) == 3
 
 
@@ -149,7 +141,7 @@ def test_so_many_at_once_and_no_more() -> None:
         attempts.begin(job, 0.0)
     assert [one["number"] for one in told] == [MOST_AT_ONCE]
     gate.set()
-    until(lambda: len(told) == MOST_AT_ONCE + 1)
+    wait_until(lambda: len(told) == MOST_AT_ONCE + 1)
 
 
 def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) -> None:
@@ -158,10 +150,10 @@ def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) ->
     sender = Sender(health, lambda *result: results.append(result))
     sender.start()
     try:
-        until(lambda: health.state == OK)
+        wait_until(lambda: health.state == OK)
         assert sender.send(1, "zus", target.url(), Words("a", "b")) == ""
         assert sender.send(2, "sms", "nonsense://x", Words("a", "b")) == ""
-        until(lambda: len(results) == 2)
+        wait_until(lambda: len(results) == 2)
         assert (1, "zus", "") in results
         pid = sender.pid
         assert pid is not None
@@ -170,7 +162,7 @@ def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) ->
         # Messages in progress at its end are reported as not delivered; the book repeats them.
         for number in itertools.count(3):
             problem = sender.send(number, "zus", target.url(), Words("c", "d"))
-            until(lambda n=number, p=problem: p or any(one[0] == n for one in results))
+            wait_until(lambda n=number, p=problem: p or any(one[0] == n for one in results))
             if (number, "zus", "") in results:
                 break
             assert number < 100

@@ -5,8 +5,6 @@ from __future__ import annotations
 import errno
 import logging
 import threading
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +16,7 @@ from gazechair.config.configuration import Config
 from gazechair.driving import speed_cap_store
 from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import SpeedCapStore
+from patience import wait_until
 
 
 class NoBoard:
@@ -33,13 +32,6 @@ def host(folder: Path | None) -> Control:
         parts.part(name).set(OK)
     kept = SpeedCapStore(folder, parts.part(speed_cap_store.PART))
     return Control(Config(), NoBoard(), parts, speed_cap=kept)
-
-
-def until(true: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + 60
-    while not true():
-        assert time.monotonic() < end_s
-        time.sleep(0.02)
 
 
 def cap_of(control: Control) -> int:
@@ -135,10 +127,10 @@ def test_a_cap_that_is_not_stored_is_told_to_the_caretaker_and_tried_again(
         return [str(control.snapshot(page)["message"]) for page in pages]
 
     control.receive(pages[0], {"k": "cap", "permille": 300})
-    until(lambda: shown() == ["setting_not_stored", "ok"])
+    wait_until(lambda: shown() == ["setting_not_stored", "ok"])
     assert cap_of(control) == 300
     full[0] = False
-    until(lambda: shown() == ["ok", "ok"])
+    wait_until(lambda: shown() == ["ok", "ok"])
     assert cap_of(host(tmp_path)) == 300
     control.stop()
 
