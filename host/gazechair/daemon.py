@@ -189,6 +189,7 @@ class Daemon:
         except Exception:
             self.stop()
             raise
+        self._maps.tidy()
         if self._config.log.record:
             _start(self._log, self.parts.part("log"))
         self.link.start()
@@ -230,6 +231,7 @@ class Daemon:
                 part.stop()
         self._log.stop()
         self._pictures.close()
+        self._web.release()  # last: another daemon may start now
 
     def _measuring(self, lidars: tuple[LidarConfig, ...]) -> OdometryService:
         obeys = Obeys(self.parts.part("motion"), lambda: self.link.state())
