@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
+import select
 import signal
 import sys
 import threading
@@ -95,16 +97,17 @@ def _run(options: argparse.Namespace) -> int:
     threading.excepthook = ThrottledLog(logging.getLogger("gazechair.threads")).thread_ended
     # A thread that waits for its turn in Python waits this long for each that is before it.
     sys.setswitchinterval(_SWITCH_S)
-    ending = threading.Event()
+    # No Event: its lock may be taken by the very thread that a signal interrupts.
+    ends, ending = os.pipe()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ending.set())
+        signal.signal(number, lambda *_: os.write(ending, b"."))
     daemon.start()
     try:
         print(f"gazechair: the driver's page is at {daemon.url}", flush=True)
         if invitation := daemon.invitation():
             print(invitation, flush=True)
         manager.ready(daemon.url)
-        while not ending.wait(manager.pace_s):
+        while not select.select([ends], [], [], manager.pace_s)[0]:
             if daemon.alive:
                 manager.alive()
         manager.ending()

@@ -210,6 +210,7 @@ class Daemon:
         except Exception:
             self.stop()
             raise
+        self._maps.tidy()
         if self._config.log.record:
             _start(self._log, self.parts.part("log"))
         self.link.start()
@@ -251,6 +252,7 @@ class Daemon:
                 part.stop()
         self._log.stop()
         self._pictures.close()
+        self._access.release()  # last: another daemon may start now
 
     def _measuring(self, lidars: tuple[LidarConfig, ...]) -> OdometryService:
         obeys = Obeys(self.parts.part("motion"), lambda: self.link.state())

@@ -119,6 +119,43 @@ def test_run_serves_without_any_device_and_ends_cleanly(tmp_path: Path, number: 
             process.stdout.close()
 
 
+LATE = """
+import os, signal, sys, threading
+from gazechair import cli
+from gazechair.base.service_manager import ServiceManager
+
+wait = threading.Condition.wait
+
+def interrupted(condition, timeout=None):
+    # Its lock is taken.
+    if threading.current_thread() is threading.main_thread():
+        signal.raise_signal(signal.SIGTERM)
+    return wait(condition, timeout)
+
+def ready(_manager, _status):
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGTERM)).start()
+    threading.Condition.wait = interrupted
+
+ServiceManager.ready = ready
+sys.exit(cli.main(sys.argv[1:]))
+"""
+
+
+def test_a_stop_in_the_middle_of_waiting_for_one_ends_it(tmp_path: Path) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_text(
+        f'[board]\nport = "{tmp_path}/none"\n[web]\nport = 0\nstate_folder = "{tmp_path}/state"\n'
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", LATE, "run", "--config", str(file)],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        env=_environment(),
+    )
+    assert process.returncode == 0, process.stderr
+
+
 def test_the_doctor_of_a_sound_machine(devices: dict[str, HealthState]) -> None:
     findings = doctor.examine(None)
     assert found(findings, "python").level == OK

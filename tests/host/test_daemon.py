@@ -114,6 +114,32 @@ def test_stopping_disarms_the_board_and_leaves_no_thread(cable: Any) -> None:
     daemon.stop()  # stopping twice is harmless
 
 
+def test_another_daemon_gets_the_state_folder_only_when_all_of_the_first_has_ended(
+    cable: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Daemon(read_config(cable.path))
+    first.start()
+    half = cable.path.parent / "state" / "maps" / "a.map.new"
+    half.parent.mkdir()
+    half.write_bytes(b"the first one stores it now")
+    refused = []
+    end_log = first._log.stop
+
+    def end_log_late() -> None:
+        with pytest.raises(WebError, match="another gazechair"):
+            Daemon(read_config(cable.path)).start()
+        refused.append(half.exists())
+        end_log()
+
+    monkeypatch.setattr(first._log, "stop", end_log_late)
+    first.stop()
+    assert refused == [True]
+    second = Daemon(read_config(cable.path))
+    second.start()
+    second.stop()
+    assert not half.exists()
+
+
 def test_a_part_that_does_not_start_is_a_health_state(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

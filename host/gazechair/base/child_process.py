@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import subprocess
 from pathlib import Path
 
+# Ends one child. Not SIGTERM: a service manager sends that to all processes at once, while the
+# daemon still needs the children for a stop in order.
+END = signal.SIGUSR1
 # A child that is ready to run, or waits for a disk, gets longer to finish writing.
 _ENDS_S = (1.0, 3.0)
 
@@ -45,7 +49,7 @@ def end(process: subprocess.Popen[bytes]) -> None:
         if pipe is not None:
             pipe.close()
     with contextlib.suppress(ProcessLookupError):
-        process.terminate()
+        process.send_signal(END)
     for seconds in _ENDS_S:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(seconds)

@@ -28,7 +28,7 @@ def replace_file(path: Path, content: bytes, durable: bool = True) -> None:
     `durable`: the new one, once this returns. A folder in its place is moved aside. Raises OSError.
     """
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    fresh = path.with_suffix(".new")
+    fresh = path.with_name(path.name + ".new")
     if path.is_dir() and not path.is_symlink():
         set_aside(path)
     with contextlib.suppress(FileNotFoundError):

@@ -26,7 +26,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gazechair.base.child_process import drain, end, say_to, would_run
+from gazechair.base.child_process import END, drain, end, say_to, would_run
 from gazechair.base.rate_limit import RateLimit
 
 STATUS = b"S"
@@ -108,14 +108,15 @@ class RecordWriter:
 
 
 def enter_child(outlives: bool = False) -> RecordWriter:
-    """First call in a child: die with the parent, end on SIGTERM, reserve stdout for records.
+    """First call in a child: die with the parent, end on END, reserve stdout for records.
 
     `outlives`: the child notices the parent's death itself, and has something to finish.
     """
     if sys.platform == "linux" and not outlives:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    signal.signal(END, lambda *_: sys.exit(0))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends us
+    signal.signal(signal.SIGTERM, lambda *_: None)  # the same; not SIG_IGN, which programs inherit
     logging.basicConfig(level=logging.WARNING, format="%(name)s: %(message)s")
     fd = os.dup(1)
     os.dup2(2, 1)  # a library that prints must not break the records
@@ -227,7 +228,7 @@ class Supervisor:
         self._wake()
 
     def stop(self, timeout_s: float = 5.0) -> None:
-        """End the child (SIGTERM, after 1 to 4 s SIGKILL) and the thread. Safe to call twice."""
+        """End the child (END, after 1 to 4 s SIGKILL) and the thread. Safe to call twice."""
         if self._stopping.is_set():
             return
         self._stopping.set()
@@ -357,7 +358,7 @@ class Supervisor:
         if woken:
             return False
         self._lost("hangs", f"{self._name} hangs; ending it and starting it again")
-        process.kill()  # it would not react to SIGTERM
+        process.kill()  # it would not react to END
         return True
 
     def _pass_on(self, payload: bytes) -> bool:

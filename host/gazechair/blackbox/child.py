@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.base import health as states
+from gazechair.base.child_process import END
 from gazechair.base.supervisor import RecordWriter, enter_child
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.blackbox.ring import LONGEST, unpack
@@ -96,7 +97,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
     writer = LogWriter(Path(argument["folder"]), argument["max_bytes"], argument["keep_s"])
     keeper = Keeper(writer, out)
     ended: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))  # between two records
+    signal.signal(END, lambda number, _: ended.append(number))  # between two records
     line = socket.socket(fileno=argument["fd"])
     line.settimeout(_LOOK_S)
     try:

@@ -119,7 +119,7 @@ class Arbiter:
 
     def somebody_hears(self, now_s: float) -> bool:
         """True if a caretaker's page is connected: a call would reach it."""
-        pages = self._clients.values()
+        pages = [p for p in self._clients.values() if not p.beside]
         return any(p.role == codes.CARETAKER and now_s - p.heard_s <= THERE_S for p in pages)
 
     @property

@@ -157,6 +157,11 @@ class Guide:
         """The step that may move the chair now, "" for none."""
         return self._step if self._step in MOVES else ""
 
+    @property
+    def holds_settings(self) -> bool:
+        """True while a step measures with the board's settings, to store some of them."""
+        return self._step in (*MOVES, "neutral")
+
     def status(self) -> dict[str, Any]:
         """All steps, and the one that runs or ended last."""
         if self._drove and not self._record.get("drove"):

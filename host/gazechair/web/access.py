@@ -74,11 +74,16 @@ class Access:
         self._web.start()
 
     def stop(self) -> None:
-        """Disconnect everyone and close. Safe to call when start failed."""
+        """Disconnect everyone and close. Safe to call when start failed; release() follows."""
         if self._web is not None:
             self._web.stop()
         if self._side is not None:
             self._side.stop()
+
+    def release(self) -> None:
+        """Leave the state folder to another daemon."""
+        if self._side is not None:
+            self._side.release()
 
     def invitation(self) -> str:
         """A code for the driver's device while there is none; "" when there is one."""

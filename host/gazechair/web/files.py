@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import gzip
+import os
 from pathlib import Path
 
 from flask import Flask, Response, abort, redirect, request
@@ -52,7 +53,8 @@ def add_routes(app: Flask, folder: Path) -> None:
         file = (root / path).resolve()
         kind = _TYPES.get(file.suffix)
         hidden = any(part.startswith((".", "_")) for part in Path(path).parts)
-        if kind is None or hidden or not file.is_relative_to(root) or not file.is_file():
+        # Path.is_file() raises OSError for a name longer than any file's.
+        if kind is None or hidden or not file.is_relative_to(root) or not os.path.isfile(file):
             abort(404)
         facts = file.stat()
         zipped = _is_text(file) and _takes_gzip()

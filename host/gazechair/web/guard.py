@@ -157,8 +157,11 @@ class Guard:
                     "refused %s %.80r: %s", environ.get("REMOTE_ADDR"), path, refusal.detail
                 )
                 return _answer(start, refusal)
-            device: Device | None = environ[DEVICE]
-            if device is None:
+        # A change may wait for the disk: it holds up neither pages nor sockets.
+        kind = str(environ.get("REQUEST_METHOD"))
+        device: Device | None = environ[DEVICE]
+        if device is None:
+            with self._strangers.turn(kind=kind):
                 return self._whole(environ, start)
         if path in self._sockets:
             return self._socket(environ, start, device)
@@ -174,7 +177,7 @@ class Guard:
                     return _answer(start, refusal)
                 environ[FILE]()
                 return self._whole(environ, start)
-        with self._turns[device.role].turn():
+        with self._turns[device.role].turn(kind=kind):
             return self._whole(environ, start)
 
     def _whole(self, environ: Environ, start: StartResponse) -> Iterable[bytes]:

@@ -161,7 +161,7 @@ class WebServer:
             app, self._desk, self._cookie_name, lambda: f"{self.url}pair", self._tls
         )
         profile_routes.add_routes(app, self._driver_port)
-        settings_routes.add_routes(app, self._settings)
+        settings_routes.add_routes(app, self._settings, self._steps)
         alert_routes.add_routes(app, self._alerts)
         first_drive_routes.add_routes(app, self._steps)
         map_routes.add_routes(app, self._maps)

@@ -9,6 +9,7 @@ from flask import Flask, Response
 
 from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
 from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caretaker
+from gazechair.web.first_drive_routes import Steps
 
 _STATUS = {
     "setting_unknown": 400,
@@ -20,8 +21,8 @@ _STATUS = {
 }
 
 
-def add_routes(app: Flask, settings: CaretakerSettings) -> None:
-    """GET and POST /settings."""
+def add_routes(app: Flask, settings: CaretakerSettings, steps: Steps) -> None:
+    """GET and POST /settings. Nothing changes while one of `steps` holds the settings."""
 
     @app.get("/settings")
     def read() -> Response:
@@ -38,6 +39,8 @@ def add_routes(app: Flask, settings: CaretakerSettings) -> None:
             return error.response()
         if not isinstance(wishes, dict):
             return refuse(400, "bad_message", '"set" must be an object of names and values')
+        if steps.holds_settings:
+            return refuse(409, "first_busy", "a step of the first drive uses the settings")
         return _answer(lambda: settings.change(wishes))
 
 

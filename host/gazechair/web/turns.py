@@ -38,7 +38,8 @@ class Turns:
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         """`share` of one processor, `burst_s` of it at once; `spent`: the calling thread's time."""
-        self._free = threading.BoundedSemaphore(at_once)
+        self._at_once = at_once
+        self._free: dict[str, threading.BoundedSemaphore] = {}
         self._share = share
         self._burst_s = burst_s
         self._clock = clock
@@ -49,9 +50,14 @@ class Turns:
         self._last_s = clock()
 
     @contextlib.contextmanager
-    def turn(self, limit_s: float = LONGEST_WAIT_S) -> Iterator[None]:
-        """Work inside the context. Raises Crowded when no turn comes within `limit_s`."""
-        if not self._free.acquire(timeout=limit_s):
+    def turn(self, limit_s: float = LONGEST_WAIT_S, kind: str = "") -> Iterator[None]:
+        """Work inside the context. Raises Crowded when no turn comes within `limit_s`.
+
+        At once are `at_once` of each `kind`: work that waits, for a disk or the board, holds up
+        no other kind. The share is of all kinds together.
+        """
+        free = self._free.setdefault(kind, threading.BoundedSemaphore(self._at_once))
+        if not free.acquire(timeout=limit_s):
             raise Crowded
         try:
             if self._wait_s() > limit_s:
@@ -60,7 +66,7 @@ class Turns:
             yield
         finally:
             self.bill()
-            self._free.release()
+            free.release()
 
     def bill(self) -> None:
         """Bill the calling thread's processor time since its last bill, or since it began."""

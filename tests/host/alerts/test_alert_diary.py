@@ -47,7 +47,7 @@ def test_cut_while_it_is_replaced_the_old_one_stays(tmp_path: Path) -> None:
     diary.write(rows(2))
     content = (tmp_path / FILE_NAME).read_bytes()
     for at in range(0, len(content), 7):
-        (tmp_path / FILE_NAME).with_suffix(".new").write_bytes(content[:at])
+        (tmp_path / f"{FILE_NAME}.new").write_bytes(content[:at])
         assert diary.read() == rows(2)
     assert diary.write(rows(3))
     assert diary.read() == rows(3)

@@ -25,7 +25,7 @@ from gazechair.base.health import DEGRADED, OK, Health
 from gazechair.config import configuration
 from gazechair.service import doctor
 from gazechair.service.doctor import Finding
-from patience import wait_until
+from patience import PATIENCE_S, wait_until
 
 QUIET = {"help": "OFF", "state": "ok", "last_alert": ""}
 _PASSWORD = (  # "hush-hush", as mosquitto_passwd writes it
@@ -213,7 +213,7 @@ def test_the_doctor_tells_a_certificate_that_is_not_trusted(encrypted: str) -> N
 def test_the_host_tells_a_certificate_that_is_not_trusted(encrypted: str) -> None:
     broker = Broker()
     broker.tell(encrypted, "x", QUIET, 0.0)
-    until(lambda: broker.problem.replace("self signed", "self-signed") == UNTRUSTED)
+    wait_until(lambda: broker.problem.replace("self signed", "self-signed") == UNTRUSTED)
     broker._client.disconnect()
     broker._client.loop_stop()
 
@@ -233,7 +233,7 @@ def test_the_host_tells_a_broker_that_closes_before_it_answers() -> None:
     broker = Broker()
     with serving(lambda connection: connection.recv(1000)) as port:
         broker.tell(f"mqtt://127.0.0.1:{port}", "x", QUIET, 0.0)
-        until(lambda: broker.problem.startswith("the broker is gone"))
+        wait_until(lambda: broker.problem.startswith("the broker is gone"))
     broker._client.disconnect()
     broker._client.loop_stop()
 

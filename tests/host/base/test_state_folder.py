@@ -25,7 +25,7 @@ def test_it_is_on_the_disk_before_it_replaces_the_old_one(
     )
     file = tmp_path / "new" / "cap"
     replace_file(file, b"1")
-    assert order == [str(file.with_suffix(".new")), "replace", str(file.parent)]
+    assert order == [f"{file}.new", "replace", str(file.parent)]
     assert file.read_bytes() == b"1"
     assert file.stat().st_mode & 0o777 == 0o600
     assert file.parent.stat().st_mode & 0o777 == 0o700
@@ -40,6 +40,23 @@ def test_what_an_earlier_try_left_is_replaced_and_a_link_is_not_followed(tmp_pat
     replace_file(tmp_path / "cap", b"1")
     assert (tmp_path / "other").read_text() == "other"
     assert (tmp_path / "cap").read_bytes() == b"1"
+
+
+def test_two_files_of_one_name_and_two_suffixes_have_a_temporary_name_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a map and its drawing, by two processes at once."""
+    fsync = os.fsync
+
+    def meanwhile(handle: int) -> None:
+        monkeypatch.setattr(os, "fsync", fsync)
+        replace_file(tmp_path / "a.svg", b"drawing")
+        fsync(handle)
+
+    monkeypatch.setattr(os, "fsync", meanwhile)
+    replace_file(tmp_path / "a.map", b"map")
+    assert (tmp_path / "a.map").read_bytes() == b"map"
+    assert (tmp_path / "a.svg").read_bytes() == b"drawing"
 
 
 def test_on_a_full_disk_half_a_file_does_not_stay(

@@ -269,9 +269,25 @@ def test_nonsense_on_the_pipe_ends_the_child(watch: Callable[..., Watched]) -> N
     assert "nonsense" in child.statuses[0].detail
 
 
+def test_a_stop_of_the_whole_service_leaves_its_children_to_the_daemon(
+    watch: Callable[..., Watched],
+) -> None:
+    """As of systemd, which sends SIGTERM to all processes."""
+    child = watch("while True: out.data(b'x'); time.sleep(0.01)")
+    child.wait(lambda: child.data != [])
+    pid = child.supervisor.pid
+    assert pid is not None
+    os.kill(pid, signal.SIGTERM)
+    so_far = len(child.data)
+    child.wait(lambda: len(child.data) >= so_far + 20)
+    assert child.supervisor.pid == pid
+    child.supervisor.stop()
+    assert child.statuses == []
+
+
 def test_stop_ends_a_child_that_ignores_the_request(watch: Callable[..., Watched]) -> None:
     child = watch(
-        "import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN); out.data(b'x')\n"
+        "import signal; signal.signal(signal.SIGUSR1, signal.SIG_IGN); out.data(b'x')\n"
         "while True: time.sleep(1)"
     )
     child.wait(lambda: child.data == [b"x"])

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from gazechair.base.child_process import END
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import RecordWriter, Status
@@ -90,6 +91,18 @@ def test_a_process_that_is_killed_is_started_again(
     wait_until(lambda: topics(tmp_path).count("/host/command") == 2)
     box.stop()
     assert len(files(tmp_path)) == 2
+
+
+def test_a_stop_of_the_whole_service_is_recorded_to_its_end(box: BlackBox, tmp_path: Path) -> None:
+    """As of systemd, which sends SIGTERM to all processes."""
+    pid = box.pid
+    assert pid
+    os.kill(pid, signal.SIGTERM)
+    time.sleep(0.3)
+    assert box.pid == pid
+    box.note("up", time.monotonic(), bytes(FRAME))
+    box.stop()
+    assert topics(tmp_path).count("/host/command") == 1
 
 
 def test_a_process_that_hangs_is_told(box: BlackBox, tmp_path: Path, parts: HealthRegistry) -> None:
@@ -194,7 +207,7 @@ def test_what_waits_is_written_though_nobody_hears_the_process_any_more(
 ) -> None:
     """The daemon ends while the process waits for the disk, and takes no more messages."""
     monkeypatch.setattr(child, "SYNC_S", 0.0)
-    terminate = signal.getsignal(signal.SIGTERM)
+    ends = signal.getsignal(END)
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     heard, said = os.pipe()
     os.close(heard)
@@ -207,7 +220,7 @@ def test_what_waits_is_written_though_nobody_hears_the_process_any_more(
     try:
         child.run({"folder": str(tmp_path), **limits}, RecordWriter(said))
     finally:
-        signal.signal(signal.SIGTERM, terminate)
+        signal.signal(END, ends)
         os.close(said)
     assert topics(tmp_path).count("/host/command") == 100
 

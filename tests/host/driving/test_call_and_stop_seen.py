@@ -9,6 +9,7 @@ import pytest
 from controlrig import QUIET, Rig
 from gazechair.driving.arbiter import THERE_S
 from gazechair.driving.help_call import COMING_S
+from gazechair.driving.messages import Beat
 
 
 @pytest.fixture
@@ -80,6 +81,12 @@ def test_a_call_is_heard_by_a_caretaker_whose_page_lives_and_by_nobody_else(rig:
     rig.control.disconnect(caretaker)
     assert rig.look()["heard"] is False
     assert rig.control.wait_change(0.0, version) != version
+
+
+def test_a_caretaker_s_gamepad_hears_no_call(rig: Rig) -> None:
+    gamepad = rig.control.join("caretaker")
+    assert rig.control.act(gamepad, Beat(rig.control.proof(rig.now_s))) is None
+    assert rig.look()["heard"] is False
 
 
 def test_a_stop_is_seen_when_the_board_has_said_since_that_it_stands(rig: Rig) -> None:

@@ -29,6 +29,7 @@ def daemon(desk: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
     door.start()
     yield desk
     door.stop()
+    door.release()
 
 
 def pair(config: str, *words: str) -> int:
@@ -97,6 +98,7 @@ def test_a_daemon_that_cannot_be_asked_keeps_its_devices_and_that_is_said(
     assert again(state).knows(paired.device.id)
     assert desk.who(paired.token) is not None
     door.stop()
+    door.release()
     assert pair(config, "--revoke", paired.device.id) == 0
     assert "sent away" not in capsys.readouterr().out
     assert not again(state).knows(paired.device.id)

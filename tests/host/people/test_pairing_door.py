@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import socket
+import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,7 @@ import pytest
 from gazechair.people.pairing import Paired, local
 from gazechair.people.pairing.local import SOCKET_NAME, AlreadyRunning, LocalDoor, NotRunning, ask
 from gazechair.people.pairing.show import code_as_text, devices_as_text, qr_rows
+from patience import wait_until
 
 URL = "https://chair.local:8443/pair"
 
@@ -31,6 +34,7 @@ def door(again: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[
     door.start()
     yield desk
     door.stop()
+    door.release()
 
 
 def test_a_code_is_made_and_used(door: Any, folder: Path) -> None:
@@ -94,6 +98,7 @@ def test_a_second_daemon_in_the_same_folder_is_refused(door: Any, again: Any, fo
     with pytest.raises(AlreadyRunning, match=r"web\.state_folder"):
         second.start()
     second.stop()
+    second.release()
     assert ask(folder, {"ask": "list"}) == {"devices": []}
 
 
@@ -107,7 +112,35 @@ def test_a_socket_left_by_a_killed_daemon_is_replaced(again: Any, folder: Path) 
     door.start()
     assert ask(folder, {"ask": "list"}) == {"devices": []}
     door.stop()
+    door.release()
     assert not (folder / SOCKET_NAME).exists()
+
+
+def test_the_next_daemon_s_socket_outlives_one_that_still_ends(again: Any, folder: Path) -> None:
+    desk = again(folder)
+    first, second = (LocalDoor(desk, folder, lambda: URL) for _ in range(2))
+    first.start()
+    handle = os.open(folder, os.O_RDONLY)
+    with socket.socket(socket.AF_UNIX) as client:
+        client.connect(f"/proc/self/fd/{handle}/{SOCKET_NAME}")
+        os.close(handle)
+        time.sleep(0.1)  # the first waits for what this one asks
+        ending = threading.Thread(target=lambda: (first.stop(), first.release()))
+        ending.start()
+        wait_until(lambda: _starts(second), "the second starts")
+        ending.join()
+    assert ask(folder, {"ask": "list"}) == {"devices": []}
+    second.stop()
+    second.release()
+
+
+def _starts(door: LocalDoor) -> bool:
+    try:
+        door.start()
+    except AlreadyRunning:
+        door.release()
+        return False
+    return True
 
 
 def test_a_terminal_shows_address_code_and_qr() -> None:

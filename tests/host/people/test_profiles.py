@@ -117,7 +117,7 @@ def test_strange_values_of_another_version_become_defaults(tmp_path):
 
 
 def test_a_full_disk_changes_nothing_and_says_so(profiles, tmp_path):
-    (tmp_path / "profiles.new").mkdir()
+    (tmp_path / "profiles.json.new").mkdir()
     assert reason(profiles, {"choose": "1"}) == "profile_not_stored"
 
 

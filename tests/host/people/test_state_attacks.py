@@ -93,6 +93,29 @@ def test_a_disk_that_hangs_keeps_no_known_device_out(
     assert desk.who(paired.token).last_used == int(desk.wall_s)
 
 
+def test_a_disk_that_hangs_at_a_pairing_holds_up_no_wrong_code_and_a_right_one_pairs_once(
+    desk: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = desk.new_code("driver").text
+    disk = Hanging(monkeypatch)
+    found: list[object] = []
+
+    def pair() -> None:
+        found.append(desk.pair(code, "tablet", "192.0.2.1"))
+
+    first, second = disk.during(pair), threading.Thread(target=pair, daemon=True)
+    second.start()  # tapped twice
+    wrong = threading.Thread(target=lambda: found.append(desk.guess()), daemon=True)
+    wrong.start()
+    wrong.join(20)
+    assert found == ["wrong_code"]
+    disk.gate.set()
+    for thread in (first, second):
+        thread.join(60)
+    assert sorted(type(one).__name__ for one in found[1:]) == ["Paired", "Rejected"]
+    assert len(desk.devices()) == 1
+
+
 def test_a_disk_that_hangs_at_a_profile_does_not_hold_up_who_reads_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -144,6 +167,7 @@ def test_a_disk_that_has_become_read_only_does_not_keep_the_host_from_starting(
     assert again.who(token) is not None
     again.note_uses()
     door.stop()
+    door.release()
 
 
 def test_a_daemon_that_hangs_still_has_its_state_folder(desk: Any, tmp_path: Path) -> None:
@@ -157,11 +181,14 @@ def test_a_daemon_that_hangs_still_has_its_state_folder(desk: Any, tmp_path: Pat
     with pytest.raises(AlreadyRunning):
         second.start()
     second.stop()
+    second.release()
     first.stop()
+    first.release()
     assert (state / LOCK_NAME).stat().st_mode & 0o777 == 0o600
     third = LocalDoor(desk, state, lambda: "")
     third.start()
     third.stop()
+    third.release()
 
 
 def test_pairing_goes_on_after_a_disk_that_was_full(

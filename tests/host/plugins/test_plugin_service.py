@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from controlrig import Rig
+from gazechair.base.child_process import END
 from gazechair.base.health import HealthRegistry
 from gazechair.base.supervisor import DATA, RecordReader
 from gazechair.config import configuration
@@ -241,6 +242,6 @@ def test_a_process_that_ends_in_order_closes_its_plugin() -> None:
     reader = RecordReader()
     while DATA not in [kind for kind, _ in reader.feed(os.read(process.stdout.fileno(), 4096))]:
         pass
-    process.terminate()
+    process.send_signal(END)
     assert process.communicate(timeout=30)[1] == b"closed"
     assert process.returncode == 0

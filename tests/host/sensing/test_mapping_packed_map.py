@@ -121,6 +121,11 @@ def liar() -> bytes:
     return bytes(data.replace(long, struct.pack("<L", 100)))
 
 
+def pile() -> bytes:
+    """Each of its files is small enough."""
+    return files(**{f"{number}": bytes(4 << 20) for number in range(40)})
+
+
 def crowd() -> bytes:
     return zipped({f"{number}": b"" for number in range(10_000)})
 
@@ -154,6 +159,7 @@ HOSTILE: dict[str, tuple[bytes | Callable[[], bytes], str]] = {
     "too long": (bytes(packed_map.MOST_BYTES + 1), "map_file_large"),
     "bomb": (bomb, "map_file_large"),
     "liar": (liar, "map_file_zip"),
+    "pile": (pile, "map_file_large"),
     "crowd": (crowd, "map_file_zip"),
     "twice": (twice(), "map_file_zip"),
     "locked": (locked(), "map_file_zip"),

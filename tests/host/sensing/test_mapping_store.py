@@ -225,8 +225,8 @@ def test_killed_in_the_middle_of_a_save_the_map_is_whole(store: MapStore, tmp_pa
         child.stdout.close()
         assert home_map.load(tmp_path / "a.map").name.startswith("home ")
         assert home_map.load(tmp_path / "a.before").name.startswith("home")
-    (tmp_path / "c.new").write_bytes(b"half")
-    MapDesk(store, None)
+    (tmp_path / "c.map.new").write_bytes(b"half")
+    MapDesk(store, None).tidy()
     assert not list(tmp_path.glob("*.new"))
 
 

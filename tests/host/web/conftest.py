@@ -43,8 +43,7 @@ class FakePort:
         self.changed = threading.Condition()
         self.received: list[tuple[int, dict[str, Any]]] = []
         self.gone: list[int] = []
-        self.version = 1
-        self.level = "ok"
+        self.version, self.level = 1, "ok"
         self.ttl_ms: int | None = None
         self.clients = 0
         self.roles: list[str] = []
@@ -243,6 +242,7 @@ class FakeSteps:
 
     def __init__(self) -> None:
         self.heard: list[dict[str, Any]] = []
+        self.holds_settings = False
         self.refusal: tuple[str, str] | None = None
 
     def status(self) -> dict[str, Any]:

@@ -90,6 +90,18 @@ def test_only_so_many_work_at_once() -> None:
         pass  # free again, after an error too
 
 
+def test_what_waits_holds_up_no_other_kind_and_all_share_one_processor() -> None:
+    shop = Shop()
+    with shop.turns.turn(kind="POST"):
+        with pytest.raises(Crowded), shop.turns.turn(0.01, kind="POST"):
+            pass
+        with shop.turns.turn(0.01), shop.turns.turn(0.01, kind="GET"):
+            shop.work(10.0)
+    for kind in ("", "GET", "POST"):
+        with pytest.raises(Crowded), shop.turns.turn(kind=kind):
+            pass
+
+
 def test_what_was_written_off_is_billed_to_nobody() -> None:
     turns = Turns(clock=lambda: 0.0, sleep=lambda _: pytest.fail("it waits"))
     turns.bill()

@@ -89,6 +89,8 @@ def test_whoever_does_not_ask_for_gzip_as_browsers_do_gets_the_plain_text(
         "/static/..%2foutside.json",
         "/strings/../outside.json",
         "/strings/fr.json",
+        f"/strings/{300 * 'a'}.json",
+        f"/static/{300 * 'a'}.js",
         "/static/",
         "/nothing",
     ],

@@ -67,6 +67,16 @@ def test_while_driving_is_on_nothing_changes(caretaker: Any, board: Any) -> None
     assert caretaker.get("/settings")[0] == 200
 
 
+def test_while_a_step_of_the_first_drive_uses_them_nothing_changes(
+    caretaker: Any, board: Any, steps: Any
+) -> None:
+    steps.holds_settings = True
+    found, _, answer = caretaker.post("/settings", {"set": {"linear_permille": 400}})
+    assert (found, answer["reason"]) == (409, "first_busy")
+    assert board.values[LINEAR] == 600
+    assert caretaker.get("/settings")[0] == 200
+
+
 def test_without_a_measured_neutral_nothing_changes(caretaker: Any, board: Any) -> None:
     board.faults = 1 << codes.CALIBRATION
     found, _, answer = caretaker.post("/settings", {"set": {"profile": 2}})

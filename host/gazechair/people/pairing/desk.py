@@ -18,6 +18,7 @@ from gazechair.people.pairing.store import Device, DeviceStore, StoreError
 MOST_NAME = 40
 _NOTE_USE_S = 3600  # "last used" is written to disk at most this often
 _NOTE_S = 60.0  # and tried this often
+_NO_CODE = "no such code, or it was used or is too old"
 
 log = logging.getLogger(__name__)
 throttled = ThrottledLog(log)
@@ -78,11 +79,13 @@ class PairingDesk:
 
     def pair(self, code: str, name: str, address: str) -> Paired | Rejected:
         """Use a code from `address` for a device called `name`. Raises StoreError."""
+        with self._lock:
+            found = self._code(code, address)  # a wrong one waits for no disk
+        if isinstance(found, Rejected):
+            return found
         with self._changing:
-            with self._lock:
-                found = self._code(code, address)
-            if isinstance(found, Rejected):
-                return found
+            if not self.is_open(code):
+                return Rejected("wrong_code", _NO_CODE, 0.0)
             name = _plain(name) or found.role
             device, token = self._store.add(found.role, name, int(self._wall()))
             with self._lock:
@@ -101,7 +104,7 @@ class PairingDesk:
         if found is None:
             self._lockout.wrong(address, now_s)
             throttled.warn("wrong pairing code from %s", address)
-            return Rejected("wrong_code", "no such code, or it was used or is too old", 0.0)
+            return Rejected("wrong_code", _NO_CODE, 0.0)
         return found
 
     def who(self, token: str) -> Device | None:

@@ -84,11 +84,8 @@ class LocalDoor:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread. Safe to call when start failed."""
+        """End the thread; the state folder stays taken. Safe to call when start failed."""
         self._stopping.set()
-        if self._lock >= 0:
-            os.close(self._lock)
-            self._lock = -1
         if self._socket is None:
             return
         self._thread.join(5.0)
@@ -96,6 +93,12 @@ class LocalDoor:
         with contextlib.suppress(OSError):
             (self._folder / SOCKET_NAME).unlink()
         self._socket = None
+
+    def release(self) -> None:
+        """After stop: leave the state folder, and the socket's name, to another daemon."""
+        if self._lock >= 0:
+            os.close(self._lock)
+            self._lock = -1
 
     def _run(self) -> None:
         assert self._socket is not None

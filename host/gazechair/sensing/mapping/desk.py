@@ -25,7 +25,10 @@ class MapDesk:
         self._service = service
         self._lock = threading.Lock()
         self._drawn: tuple[Stored, Picture] | None = None  # the newest picture
-        store.tidy()
+
+    def tidy(self) -> None:
+        """Clear up after an earlier daemon; no other may have the state folder."""
+        self._store.tidy()
 
     def as_json(self) -> dict[str, Any]:
         """All maps, what is being made, and where the chair is."""

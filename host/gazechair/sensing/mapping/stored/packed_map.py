@@ -23,6 +23,7 @@ MOST_BYTES = 5_000_000  # of the zip file; an image of MOST_CELLS fits in withou
 MOST_CELLS = 4 << 20
 _MOST_TEXT = 256 << 10  # bytes of a file that is no image
 _MOST_IMAGE = MOST_CELLS + (4 << 10)  # bytes
+_MOST_WHOLE = _MOST_IMAGE + 2 * _MOST_TEXT  # bytes of all files: image, yaml, places
 _MOST_TABLE = 4 << 10  # bytes of the zip file's directory
 _YAML = ".yaml", ".yml"
 _END = struct.Struct("<4s4H2LH")  # of the last record of a zip file
@@ -82,15 +83,18 @@ def _files(data: bytes) -> dict[str, bytes]:
     try:
         _check_table(data)
         with zipfile.ZipFile(io.BytesIO(data)) as pack:
-            found: dict[str, bytes] = {}
+            rows: dict[str, zipfile.ZipInfo] = {}
             for one in pack.infolist():
                 name = _plain(one.filename)
                 if not name:
                     continue
-                if name in found:
+                if name in rows:
                     raise ValueError(f"{name!r} is in it twice")
-                found[name] = _content(pack, one, name)
-            return found
+                rows[name] = one
+            whole = sum(one.file_size for one in rows.values())
+            if whole > _MOST_WHOLE:
+                raise RosMapError("map_file_large", f"{whole} bytes are too many")
+            return {name: _content(pack, one, name) for name, one in rows.items()}
     except _DAMAGE as error:
         raise RosMapError("map_file_zip", f"no zip file that can be used: {error}") from None
 
