@@ -120,6 +120,17 @@ class Follower:
         if _on_spot(stick) and _on_spot(asked):
             self._let_deg_s = self._numbers.turned_deg_s(stick.turn_permille)
 
+    def rests_at(self, pose: Pose, after_s: float) -> Pose:
+        """Where it comes to rest if it moves on from `pose` for `after_s`, and is stopped then."""
+        ahead_m = self._linear.speed * after_s + self._linear.runs(0.0, 0.0)
+        turned_deg = self._turn.speed * after_s + self._turn.runs(0.0, 0.0)
+        return along(pose, ahead_m, math.radians(turned_deg))
+
+    @property
+    def rolls(self) -> bool:
+        """Whether it drives too fast to stop at once."""
+        return abs(self._linear.speed) > _ROLLS_M_S
+
     def left_m(self, pose: Pose) -> float:
         """Remaining length of the path."""
         if self._way is None or self.arrived:
@@ -164,7 +175,7 @@ class Follower:
         a, b = points[self._at], points[self._at + 1]
         if float(np.hypot(*(b - a))) < 0.03:
             return None
-        along, _across, length = _on_leg(a, b, pose)
+        along, _across, length = self._way.on_leg(self._at, pose)
         if length - along < 0.05:
             return None
         aim = a + (b - a) * (min(length, along + max(_LOOK_M, 0.5 * length)) / length)
@@ -222,7 +233,7 @@ class Follower:
         then, later_rad = self._then(pose)
         bend = self._way.bend(self._at + 1) if self._at + 1 != self._unbent else None
         a, b = points[self._at], points[self._at + 1]
-        along, across, length = _on_leg(a, b, then)
+        along, across, length = self._way.on_leg(self._at, then)
         left_m = length - along
         if bend is not None and self._vain_s >= _NO_BEND_S:
             self._vain_s = 0.0
@@ -242,7 +253,7 @@ class Follower:
         if bend is not None:
             to_bend_m = left_m - bend.tangent_m
             most_m_s = min(most_m_s, self._slows(to_bend_m, self._bent_m_s(bend)))
-            left_m = to_bend_m + self._beyond_m(self._at + 1)
+            left_m = to_bend_m + self._way.beyond_m(self._at + 1)
             if to_bend_m < self._speed * self._lead_s:
                 curve = bend.curve_per_m
         elif length < 0.03 or left_m < (_END_WIDE_M if room_m > _WIDE_M else _END_M):
@@ -271,6 +282,7 @@ class Follower:
         self, bend: Bend, turned: float, across: float, later_rad: float, most_m_s: float
     ) -> Stick:
         """Along the arc of a bend."""
+        assert self._way is not None
         if abs(across) > _OFF_M:
             self.lost_way = True
             return STOP
@@ -280,7 +292,7 @@ class Follower:
         line = bend.begin_rad + side * min(abs(bend.angle_rad), turned + lag_rad)
         error = math.remainder(line - later_rad, 2.0 * math.pi)
         curve = bend.curve_per_m if left_m > self._speed * self._lead_s else 0.0
-        beyond_m = self._beyond_m(self._at + 1) - bend.length_m
+        beyond_m = self._way.beyond_m(self._at + 1) - bend.length_m
         speed = self._speed_m_s(left_m + beyond_m, min(most_m_s, self._bent_m_s(bend)))
         linear = self._numbers.linear_permille(speed)
         turn = self._steering.curved(speed * curve, across, error)
@@ -298,18 +310,6 @@ class Follower:
         """Time before a bend at which its turn is requested: half the ramp, and the lag."""
         rate = math.degrees(RATE_RAD_S)
         return self._numbers.lag_s + 0.5 * rate / self._numbers.accelerate_deg_s2
-
-    def _beyond_m(self, vertex: int) -> float:
-        """Metres from the begin of the bend at `vertex` to where the chair stops."""
-        assert self._way is not None
-        total, bend = 0.0, self._way.bend(vertex)
-        while bend is not None:
-            a, b = self._way.points_m[vertex : vertex + 2]
-            after = self._way.bend(vertex + 1)
-            total += bend.length_m + float(np.hypot(*(b - a))) - bend.tangent_m
-            total -= 0.0 if after is None else after.tangent_m
-            vertex, bend = vertex + 1, after
-        return total
 
     def _bent_m_s(self, bend: Bend) -> float:
         """Highest speed in a bend at which the board still allows its turn rate."""
@@ -378,16 +378,3 @@ class Follower:
 
 def _on_spot(stick: Stick) -> bool:
     return bool(stick.turn_permille and not stick.linear_permille)
-
-
-def _on_leg(
-    a: np.ndarray, b: np.ndarray, pose: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    """Along, across (left of the leg positive) and its length."""
-    dx, dy = float(b[0] - a[0]), float(b[1] - a[1])
-    length = math.hypot(dx, dy)
-    if length < 1e-9:
-        return 0.0, 0.0, 0.0
-    ux, uy = dx / length, dy / length
-    px, py = pose[0] - float(a[0]), pose[1] - float(a[1])
-    return ux * px + uy * py, ux * py - uy * px, length

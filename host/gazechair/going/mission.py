@@ -42,6 +42,7 @@ _RETRY_S = 2.5
 _MAY_OPEN_S = 7.0  # no plan leads past an obstacle: approach it, and wait this long
 _STAND_OFF_M = 0.8
 _DETOUR_S = 20.0
+_PLANS_S = 0.3  # time that planning takes
 _BETTER_S = 3.0
 _SAME_WAY_RAD = math.radians(6.0)
 _NEARER = 2
@@ -223,8 +224,9 @@ class Mission:
             self.plans += 1
             self.costmap.refresh(now_s)
             self._obstacles.suspect()
+            start = self._starts_at(pose)
             goal, refused, hurry = self.goal, self._refused.all, self._hurries
-            self._pending = self.submit(lambda: self.planner.plan(pose, goal, refused, hurry))
+            self._pending = self.submit(lambda: self.planner.plan(start, goal, refused, hurry))
         if self._pending is None or not self._pending.done():
             return
         ready, self._pending = self._pending, None  # an error of the planner is raised once
@@ -247,10 +249,18 @@ class Mission:
             return
         self.way, self._way_to = found, self.goal
         self._follower.take(found, pose)
+        self._checked_s = -math.inf  # the clearances are those along the path before
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
         if hurried and not found.is_easy and not self._wants_plan:
             self._wants_plan = self._improves = True
+
+    def _starts_at(self, pose: Pose) -> Pose:
+        """Where a new path begins: where a chair that rolls could stop once the plan is ready."""
+        if self.state != DRIVING or not self._follower.rolls:
+            return pose
+        rests = self._follower.rests_at(pose, _PLANS_S)
+        return rests if self.costmap.clearance_m(*(np.array(rests)[:, None]))[0] > 0.0 else pose
 
     def _is_better(self, found: Planned) -> bool:
         """Whether it is worth leaving the present path, which leads to the same goal, for it."""
