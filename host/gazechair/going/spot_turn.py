@@ -63,6 +63,10 @@ class SpotTurn:
         if self._left:
             self._left -= 1
             return int(self._sign * self._output)
+        if not self._moves and error * self._model.speed > 0.0:
+            if abs(self._model.speed) > _STANDS_DEG_S:  # it turns there already
+                self._moves, self._runs = 1, True
+                self._sign = math.copysign(1.0, error)
         if self._runs:
             signed = self._sign * self._let
             ways = [self._gain * self._model.runs(signed, n * self._period_s) for n in (0, 1)]
