@@ -26,6 +26,7 @@ ARRIVED_M = 0.12
 _TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the goal
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
 _TURN_AGAIN_RAD = math.radians(20.0)
+_STEERED_RAD = math.radians(30.0)  # less than where it turns again
 _SHORT_M = 0.3  # a leg may end this much early, but at most by half of it
 _OFF_M = 0.30  # farther from its leg, a new plan is needed
 _LOOK_M = 1.0
@@ -64,6 +65,8 @@ class Follower:
         self._at = 0
         """Index of the leg that is driven, or turned to."""
         self._turning = True
+        self._rolls_in = False
+        """The path was taken while driving: where it is wide, the chair need not stop first."""
         self._steering = Steering(numbers, self._turn)
         self._let_deg_s = numbers.most_deg_s
         """Turn rate of the output that the board gave in the last turn on the spot."""
@@ -101,6 +104,7 @@ class Follower:
         self.lost_way = self.arrived = False
         self._aimed_m = -math.inf  # at once, if need be
         self._spot.start()
+        self._rolls_in = self.rolls and self._linear.speed > 0.0 and not way.backward
 
     def drop(self) -> None:
         """Drop the path."""
@@ -154,6 +158,8 @@ class Follower:
         stick = STOP
         self.turns_on_spot = False
         if self._way is not None and not self.arrived:
+            if self._turning and self._steers_in(pose, room_m):
+                self._turned(False)
             stick = (
                 self._turn_on_spot(pose, room_m)
                 if self._turning
@@ -188,7 +194,7 @@ class Follower:
         assert self._way is not None
         last = self._at >= len(self._way.points_m) - 1
         rolls = _ROLLS_M_S if room_m > NARROW_M else _STANDS_M_S
-        if abs(self._linear.speed) > rolls:
+        if abs(self._linear.speed) > rolls and not self._has_room_to_roll(room_m):
             return STOP
         target = self._target_rad(pose)
         if target is None:
@@ -204,10 +210,20 @@ class Follower:
             return self._turned(last)
         return Stick(0, output)
 
+    def _has_room_to_roll(self, room_m: float) -> bool:
+        return self._rolls_in and min(room_m, self._straight_m) > _WIDE_M
+
+    def _steers_in(self, pose: Pose, room_m: float) -> bool:
+        """Whether a chair that still rolls is steered to its new path instead of turned to it."""
+        if not self.rolls or not self._has_room_to_roll(room_m):
+            return False
+        target = self._target_rad(pose)
+        return target is not None and abs(_off(target, pose)) < _STEERED_RAD
+
     def _runs_out_near(self, pose: Pose, target: float, room_m: float, within: float) -> bool:
         """Whether the chair, released now, comes to rest near enough to the target, and soon."""
         wide = room_m > _WIDE_M
-        error = math.degrees(math.remainder(target - pose[2], 2.0 * math.pi))
+        error = math.degrees(_off(target, pose))
         if abs(self._turn.speed) > (20.0 if wide else _ENDS_DEG_S) or abs(error) > 12.0:
             return False
         if self._spot.pulses and not wide:
@@ -219,7 +235,7 @@ class Follower:
         if last:
             self.arrived = True
         else:
-            self._turning = False
+            self._turning = self._rolls_in = False
             self._steering.begin()
             self._aimed_m = None
         return STOP
@@ -356,7 +372,7 @@ class Follower:
         return self._way
 
     def _begin_turn(self) -> None:
-        self._turning = True
+        self._turning, self._rolls_in = True, False
         self._spot.start()
 
     def _speed_m_s(self, left_m: float, most_m_s: float) -> float:
@@ -374,6 +390,10 @@ class Follower:
         if self._speed >= wanted:
             self._speed = max(wanted, self._speed - 2.0 * ACCELERATE_M_S2 * PERIOD_S)
         return self._speed if wanted > 0.0 else 0.0
+
+
+def _off(target_rad: float, pose: Pose) -> float:
+    return math.remainder(target_rad - pose[2], 2.0 * math.pi)
 
 
 def _on_spot(stick: Stick) -> bool:
