@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gazechair.base.footprint import Footprint
+from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.follow import ACCELERATE_M_S2, PERIOD_S, STOP, Pose, Stick
 from gazechair.going.mission import (
     ARRIVED,
@@ -107,6 +107,16 @@ def test_it_drives_on_until_the_new_way_is_known(chair: GoingChair) -> None:
     assert chair.mission.way is not old
     assert chair.run(90.0) == ARRIVED
     assert math.dist(chair.pose[:2], (6.5, 1.5)) < 0.1
+
+
+def test_another_way_begins_where_a_chair_that_rolls_can_stop(chair: GoingChair) -> None:
+    for seconds, ahead_m in ((0.0, (0.0, 0.01)), (8.0, (0.12, 0.4))):
+        chair.run(seconds)
+        chair.mission.go((6.5, 1.0, 0.0))
+        chair.step()
+        assert chair.mission.way is not None
+        x_m, y_m = chair.mission.way.points_m[0]
+        assert ahead_m[0] <= math.dist((x_m, y_m), chair.pose[:2]) <= ahead_m[1]
 
 
 def test_in_a_hurry_the_first_way_is_driven_and_a_better_one_taken_when_it_is_known(
@@ -339,6 +349,8 @@ def test_who_walks_into_the_way_in_two_seconds_limits_the_speed() -> None:
     way = np.array([(0.1 * k, 2.0, 0.0, 0.1 * k) for k in range(40)])
     free = people.free_m(way, Footprint())
     assert 1.0 < free < 3.0
+    wide = Footprint(margins=Margins(front_m=0.5))
+    assert people.free_m(way, wide) < free - 0.35
     assert math.isinf(people.free_m(way - (0.0, 3.0, 0.0, 0.0), Footprint()))
 
 
