@@ -191,7 +191,7 @@ class Mission:
         self._look_ahead(pose, now_s)
         most_m_s = speed_within(self._free_m)
         stick = self._follower.step(pose, most_m_s, self._room_m, self._straight_m)
-        if self._pending is not None or self._wants_plan:
+        if (self._pending is not None or self._wants_plan) and not self._improves:
             return STOP if self._follower.arrived or self._follower.lost_way else stick
         if self._follower.arrived:
             if self._nearer < _NEARER and self._gap_m(pose) > ARRIVED_M:

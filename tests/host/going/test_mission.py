@@ -20,6 +20,7 @@ from gazechair.going.mission import (
     POSE_LOST,
     WAITING,
     Planned,
+    at_once,
 )
 from gazechair.going.people import People
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
@@ -142,6 +143,29 @@ def test_in_a_hurry_the_first_way_is_driven_and_a_better_one_taken_when_it_is_kn
     first, better, _, other, same, _ = ways
     assert first is not better
     assert other is same
+
+
+def test_what_the_board_refuses_counts_while_a_better_way_is_looked_for(chair: GoingChair) -> None:
+    chair.run(8.0)
+    plan, plans = chair.mission.planner.plan, [Future[Planned]()]
+
+    def hard(*of: Any) -> Planned:
+        found = plan(*of)
+        assert isinstance(found, Way)
+        return replace(found, cost_s=100.0)
+
+    def first_only(job: Callable[[], Planned]) -> Future[Planned]:
+        plans.append(at_once(job) if len(plans) == 1 else Future())
+        return plans[-1]
+
+    chair.mission.planner.plan = hard  # type: ignore[method-assign]
+    chair.mission.submit = first_only
+    chair.mission.go((6.5, 1.0, 0.0))
+    chair.run(0.1)
+    assert len(plans) == 3
+    chair.refuses = True
+    chair.run(2.0)
+    assert chair.mission.state == WAITING
 
 
 def test_no_better_way_stays_unless_it_had_to_stop_for_one(chair: GoingChair) -> None:
