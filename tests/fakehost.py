@@ -1,6 +1,7 @@
 """A small stand-in for the host: serves the pages, sends what a test sets, records all messages."""
 
 import contextlib
+import functools
 import io
 import json
 import socket
@@ -26,6 +27,7 @@ from gazelink import codes
 from patience import PATIENCE_S, wait_until
 
 WEB = gazesetup.ROOT / "web"
+KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 STOP_POLL_S = 0.02
 WELCOME = {
     "k": "welcome",
@@ -67,6 +69,7 @@ ARMED = {
 }
 
 
+@functools.cache
 def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:
     """A JPEG of a bright corridor, so that screenshots show the page over a camera picture."""
     image = Image.new("RGB", (width, height), (226 - shade, 222 - shade, 210 - shade))
@@ -81,6 +84,11 @@ def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:
     out = io.BytesIO()
     image.save(out, "JPEG", quality=80)
     return out.getvalue()
+
+
+@functools.cache
+def _lean(name: str) -> str:
+    return lean((WEB / name).read_text("utf-8"), Path(name).suffix)
 
 
 def _ended(app: Flask) -> Callable[..., Any]:
@@ -140,10 +148,7 @@ class FakeHost:
 
         @app.get("/static/<name>")
         def static_file(name: str) -> Response:
-            text = (WEB / name).read_text("utf-8")
-            kind = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
-            suffix = Path(name).suffix
-            return Response(lean(text, suffix), mimetype=kind[suffix])
+            return Response(_lean(name), mimetype=KINDS[Path(name).suffix])
 
         @app.get("/profiles")
         def profiles() -> Response:
@@ -235,9 +240,13 @@ class FakeHost:
     def say_state(self, **changes: Any) -> int:
         """Sends the state with these changes and a fresh token; returns the token."""
         self.state.update(changes)
-        self.token = max(self.token + 1, self.now_ms)
-        self.say({**self.state, "token": self.token, "profile": self.profiles.revision})
+        self._send("control", self.coming_state(0))
         return self.token
+
+    def coming_state(self, in_ms: int) -> str:
+        """The state as the host would send it after `in_ms`, with a fresh token."""
+        self.token = max(self.token + 1, self.now_ms + in_ms)
+        return json.dumps({**self.state, "token": self.token, "profile": self.profiles.revision})
 
     def show(self, jpeg: bytes, sequence: int, age_ms: int = 0) -> None:
         message = struct.pack("<II", sequence, age_ms) + jpeg
