@@ -1,6 +1,7 @@
 """A small stand-in for the host: serves the pages, sends what a test sets, records all messages."""
 
 import contextlib
+import functools
 import io
 import json
 import socket
@@ -29,6 +30,7 @@ from gazelink import codes
 from patience import PATIENCE_S, wait_until
 
 WEB = gazesetup.ROOT / "web"
+KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 STOP_POLL_S = 0.02
 WELCOME = {
     "k": "welcome",
@@ -71,6 +73,7 @@ ARMED = {
 OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
 
 
+@functools.cache
 def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:
     """A JPEG of a bright corridor, so that screenshots show the page over a camera picture."""
     image = Image.new("RGB", (width, height), (226 - shade, 222 - shade, 210 - shade))
@@ -85,6 +88,11 @@ def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:
     out = io.BytesIO()
     image.save(out, "JPEG", quality=80)
     return out.getvalue()
+
+
+@functools.cache
+def _minified(name: str) -> str:
+    return minified((WEB / name).read_text("utf-8"), Path(name).suffix)
 
 
 def _ended(app: Flask) -> Callable[..., Any]:
@@ -144,10 +152,7 @@ class FakeHost:
 
         @app.get("/static/<name>")
         def static_file(name: str) -> Response:
-            text = (WEB / name).read_text("utf-8")
-            kind = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
-            suffix = Path(name).suffix
-            return Response(minified(text, suffix), mimetype=kind[suffix])
+            return Response(_minified(name), mimetype=KINDS[Path(name).suffix])
 
         @app.get("/profiles")
         def profiles() -> Response:
@@ -239,9 +244,13 @@ class FakeHost:
     def say_state(self, **changes: Any) -> int:
         """Sends the state with these changes and a fresh token; returns the token."""
         self.state.update(changes)
-        self.token = max(self.token + 1, self.now_ms)
-        self.say({**self.state, "token": self.token, "profile": self.profiles.revision})
+        self._send("control", self.coming_state(0))
         return self.token
+
+    def coming_state(self, in_ms: int) -> str:
+        """The state as the host would send it after `in_ms`, with a fresh token."""
+        self.token = max(self.token + 1, self.now_ms + in_ms)
+        return json.dumps({**self.state, "token": self.token, "profile": self.profiles.revision})
 
     def show(self, jpeg: bytes, sequence: int, age_ms: int = 0) -> None:
         message = struct.pack("<II", sequence, age_ms) + jpeg

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import functools
+
 from gazechair.service.tune.armed_session import Hands
 from gazelink import codes
 from gazesim.chair import Chair
 from gazesim.chair_rig import LinkedChair
-from gazesim.profiles import Parameters, undisturbed
+from gazesim.profiles import undisturbed
+from keptchair import KeptChair
 
 _BOTH_TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 
 
 class TuneRig(LinkedChair):
-    """Ready to arm; `wait` lets time pass, as Runner asks."""
+    """Ready to arm; `wait` lets time pass, as Runner asks. Made by `tune_rig`."""
 
-    def __init__(self, profile: str = "3.1", parameters: Parameters | None = None) -> None:
+    def __init__(self, profile: str) -> None:
         super().__init__()
-        self.world.chair = Chair(profile, 1, parameters or undisturbed(profile))
+        self.world.chair = Chair(profile, 1, undisturbed(profile))
         self.world.chair.place(*self.world.room.start)
         self.start_deg = self.world.chair.heading_deg
         self.dies_at_ms = self.blocked_at_ms = 1 << 30
@@ -51,3 +54,13 @@ class TuneRig(LinkedChair):
             self.world.faults.inject(self.strikes[1])
         turned = self.world.chair.heading_deg - self.start_deg
         self.farthest_deg = max(self.farthest_deg, abs(turned))
+
+
+def tune_rig(profile: str = "3.1") -> TuneRig:
+    """A chair of its own with that profile, ready to arm."""
+    return _ready(profile).copy()
+
+
+@functools.cache
+def _ready(profile: str) -> KeptChair[TuneRig]:
+    return KeptChair(TuneRig(profile))

@@ -51,6 +51,9 @@ CARETAKER = {
     "POST /pairing/revoke": (200, {"devices": [PHONE]}),
 }
 
+# A page without a word from its host for 500 ms takes its link as lost.
+PART_MS = 400
+
 
 class Driver:
     """A person before the page: looks, presses, waits. Time passes only in advance()."""
@@ -93,7 +96,7 @@ class Driver:
 
     def state(self, **changes: Any) -> None:
         """The host's state changes, and the page has taken it in."""
-        self._taken_in(self.host.say_state(**changes))
+        self._taken_in(self.host.say_state(**changes), [])
 
     def takes_profiles(self) -> None:
         """Waits until the page has read the profiles as the host has them now."""
@@ -103,17 +106,22 @@ class Driver:
         )
 
     def advance(self, ms: int, look: str | tuple[float, float] | None = None) -> None:
-        """Lets `ms` pass; with `look` the pointer keeps trembling where that is now."""
+        """Lets `ms` pass; with `look` the pointer keeps trembling where that is now.
+
+        The host says its state every 100 ms, and the pointer moves every 50 ms. Of every
+        PART_MS the first state comes from the host and the first move of all from the browser;
+        the others happen on the page, on its own clock.
+        """
         spot = None if look is None else self.spot(look)
-        if spot is not None:
-            self._rest_on(*spot)
-        often_ms = 100 if spot is None else 50
-        for step in range(0, ms, often_ms):
-            if spot is not None:
-                self._tremble(*spot)
-            if step % 100 == 0:
-                self._taken_in(self.host.say_state(), spot)
-            self.run_for(min(often_ms, ms - step))
+        there = [] if spot is None else [self._tremble(*spot)]
+        for start in range(0, ms, PART_MS):
+            part_ms = min(PART_MS, ms - start)
+            token = self.host.say_state()
+            said = [[at, self.host.coming_state(at)] for at in range(100, part_ms, 100)]
+            moves = [] if spot is None else self._trembles(part_ms, *spot)
+            self._taken_in(token, there, {"said": said, "moves": moves})
+            self.run_for(part_ms)
+            there = []
 
     def spot(self, where: str | tuple[float, float]) -> tuple[float, float]:
         """Centre of a target, or a point given in shares of the screen (px)."""
@@ -129,22 +137,31 @@ class Driver:
         """One pointer event there; a gaze trembles, so no two are at the same place."""
         self._tremble(*self.spot(where))
 
-    def _rest_on(self, x: float, y: float) -> None:
-        self._tremble(x, y)
-        self._taken_in(0, (x, y))
-
-    def _taken_in(self, token: int, spot: tuple[float, float] | None = None) -> None:
+    def _taken_in(
+        self, token: int, there: list[float], coming: dict[str, Any] | None = None
+    ) -> None:
         # Chromium delivers a move with its next frame, which is late on a busy machine: a page
         # whose time passes without any move would take the gaze as lost.
-        there = [] if spot is None else [spot[0] + 3 * self._wiggle]
-        arrived = (
-            "([token, xs]) => spied.token >= token && xs.every(x => Math.abs(spied.x - x) < 1)"
-        )
-        wait_until(lambda: self.page.evaluate(arrived, [token, there]), "state and look to arrive")
+        arrived = """async ([token, xs, coming]) => {
+            const all = spied.token >= token && xs.every(x => Math.abs(spied.x - x) < 1);
+            if (!all || !coming) return all;
+            await spied.answered();
+            spied.plan(coming);
+            return true;
+        }"""
+        plan = [token, there, coming]
+        wait_until(lambda: self.page.evaluate(arrived, plan), "state and look to arrive")
 
-    def _tremble(self, x: float, y: float) -> None:
+    def _tremble(self, x: float, y: float) -> float:
+        """Moves the pointer there in the browser; returns its x."""
         self._wiggle ^= 1
         self.page.mouse.move(x + 3 * self._wiggle, y)
+        return x + 3 * self._wiggle
+
+    @staticmethod
+    def _trembles(ms: int, x: float, y: float) -> list[list[float]]:
+        """Moves on the page, [in ms, x, y]: never to where the browser's own pointer is."""
+        return [[at, x + (1 if at % 100 else 4), y] for at in range(0, ms, 50)]
 
     def hover(self, target: str) -> None:
         """Looks at the middle first, long enough to be at rest, then dwells on the target."""

@@ -13,15 +13,6 @@ class Scanner(Driver):
 
     key = " "
 
-    def advance(self, ms, look=None):
-        """As a Driver's, with fewer calls of the browser when the pointer is not used."""
-        if look is not None:
-            super().advance(ms, look)
-        while look is None and ms > 0:
-            self.state()
-            self.run_for(min(400, ms))
-            ms -= 400
-
     def lit(self):
         return self.page.evaluate(LIT)
 

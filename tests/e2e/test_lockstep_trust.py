@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from e2e import states
 from gazeboard.core import limits
 from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept
@@ -9,9 +10,8 @@ from promises import END_TO_END, kept
 STANDS_MS = 2500 + limits.TRUST_STANDING_MS
 
 
-def trusted_in_1_2() -> Lockstep:
+def trusted_in_1_2(chair: Lockstep) -> None:
     """Profile 1.2 selected on both sides, all that settings may let out, and trust gained."""
-    chair = Lockstep()
     chair.world.chair.set_profile("1.2")
     app = chair.board.app
     app.settings.profile = 0
@@ -19,16 +19,18 @@ def trusted_in_1_2() -> Lockstep:
     app._apply_settings()
     chair.drive("left", ms=4000)
     assert app.profile_check.agreed
-    return chair
 
 
 def drive_at_a_wall(chair: Lockstep) -> None:
     """Straight on with a wall ahead; the board's bound is never below what the chair does."""
     chair.world.faults.inject("obstacle", ahead_m=2.6, left_m=0.0, size_m=1.0)
     chair.page.press("forward", "continuous")
-    fastest = 0.0
+    fastest, stood_ms = 0.0, 0
     for _ in range(9_000):
         chair.one_ms()
+        stood_ms = stood_ms + 1 if fastest and chair.stands() else 0
+        if stood_ms > 1000:
+            break
         speed = chair.world.chair.speed_m_s * 1000
         fastest = max(fastest, speed)
         bound = chair.board.app.speed_mm_s()
@@ -39,7 +41,7 @@ def drive_at_a_wall(chair: Lockstep) -> None:
 
 
 def test_a_knob_turned_at_a_standstill_is_not_overlooked() -> None:
-    chair = trusted_in_1_2()
+    chair = states.chair_in(trusted_in_1_2)
     chair.page.release()
     chair.run(STANDS_MS)
     chair.world.chair.set_profile("5.1")
@@ -49,7 +51,7 @@ def test_a_knob_turned_at_a_standstill_is_not_overlooked() -> None:
 
 def test_trust_gained_long_ago_is_over_while_it_drives() -> None:
     """Straight on for half a minute, then the knob: from there on the fastest chair counts."""
-    chair = trusted_in_1_2()
+    chair = states.chair_in(trusted_in_1_2)
     chair.page.release()
     chair.run(100)
     chair.page.press("forward", "continuous")

@@ -10,10 +10,32 @@ from patience import wait_until
 from plugintiles import AHEAD, tiled
 from webperson import CARETAKER, Driver, save
 
-# Counts what reached the page, and lets a test speak on the page's own sockets.
+# Counts what reached the page, lets a test speak on the page's own sockets, and repeats there what
+# came before: the host's states and the pointer's moves, each after some ms on the page's clock.
 SPY = """
-window.spied = {token: 0, revision: null, sockets: [], x: -1};
-addEventListener("pointermove", ({ clientX }) => (spied.x = clientX), true);
+window.spied = {token: 0, revision: null, sockets: [], x: -1, move: null};
+spied.frame = requestAnimationFrame.bind(window);  // the browser's own
+addEventListener("pointermove", (event) => {
+  spied.x = event.clientX;
+  if (event.isTrusted) spied.move = event;
+}, true);
+spied.say = (data) => {
+  const open = (s) => s.url.endsWith("control") && s.readyState === 1;
+  spied.sockets.findLast(open)?.dispatchEvent(new MessageEvent("message", { data }));
+};
+spied.look = (clientX, clientY) => {
+  const { pointerId, pointerType, isPrimary, buttons, target } = spied.move;
+  // While a button is down, the element that it was pressed on keeps the pointer.
+  const there = buttons ? target : document.elementFromPoint(clientX, clientY);
+  there.dispatchEvent(new PointerEvent("pointermove", {
+    pointerId, pointerType, isPrimary, buttons, clientX, clientY, button: -1,
+    bubbles: true, cancelable: true, composed: true,
+  }));
+};
+spied.plan = ({ said, moves }) => {
+  for (const [ms, text] of said) setTimeout(spied.say, ms, text);
+  for (const [ms, x, y] of moves) ms ? setTimeout(spied.look, ms, x, y) : spied.look(x, y);
+};
 const Plain = WebSocket;
 window.WebSocket = class extends Plain {
   constructor(url) {
@@ -24,9 +46,18 @@ window.WebSocket = class extends Plain {
     });
   }
 };
-const plainFetch = window.fetch;
+const plainFetch = window.fetch, realTimeout = setTimeout;
+spied.asked = new Set();  // what is not yet answered
+// What was asked has been answered; not that which a test holds back.
+spied.answered = () => Promise.race([
+  Promise.all(spied.asked), new Promise((late) => realTimeout(late, 1000)),
+]);
 window.fetch = async (...asked) => {
-  const answer = await plainFetch(...asked);
+  const coming = plainFetch(...asked);
+  const whole = coming.then((answer) => answer.clone().text()).catch(() => null);
+  spied.asked.add(whole);
+  whole.then(() => spied.asked.delete(whole));
+  const answer = await coming;
   const read = () => Response.prototype.json.call(answer);
   answer.json = async () => {
     const body = await read();

@@ -102,6 +102,12 @@ class Life:
         for shift in take(self.person.page):
             self.moved.append(f"{step}: {shift['value']:.4f} {shift['what']}")
 
+    def advance(self, ms: int) -> None:
+        """Lets `ms` pass; the browser renders every 100 ms of it."""
+        for _ in range(0, ms, 100):
+            self.person.advance(100)
+            self.person.page.evaluate("new Promise(spied.frame)")
+
     def news(self) -> None:
         for news in NEWS:
             self.person.state(**news)
@@ -118,7 +124,7 @@ class Life:
         self.look("no word from the host")
         self.person.state()
         self.look("the host is back")
-        self.person.advance(5000)
+        self.advance(5000)
         self.look("a while later")
 
     def pictures(self) -> None:
@@ -128,7 +134,7 @@ class Life:
             wait_until(lambda n=str(sequence): n in host.acknowledged, "the picture")
             self.person.advance(25)
             self.look("a picture")
-        self.person.advance(1200)
+        self.advance(1200)
         self.look("an old picture")
 
 
@@ -154,7 +160,7 @@ def test_nothing_on_the_drivers_page_moves(page, host, language):
     life.look("stop asked")
     person.state(stops=99)
     life.look("stop seen")
-    person.advance(3500)
+    life.advance(3500)
     life.look("stop forgotten")
     host.say({"k": "refused", "what": "cmd", "reason": "not_armed", "detail": ""})
     person.advance(200)
@@ -177,10 +183,10 @@ def test_nothing_on_the_drivers_page_moves(page, host, language):
     page.locator("#tile-2").click()
     wait_until(lambda: person.text("#eyes-left"), "the eye test")
     life.look("the eye test")
-    for _ in range(80):
+    for _ in range(54):
         person.state()
         person.look((0.5, 0.5))
-        person.run_for(300)
+        person.run_for(450)
     life.look("tested")
     page.locator("#back").click()
     page.locator("#tile-1").click()
@@ -236,7 +242,7 @@ def test_nothing_on_the_caretakers_page_moves(page, host, language):
     page.locator("#stop").click()
     life.look("the first touch, which lets sound begin")
     person.state(stops=99)
-    person.advance(3500)
+    life.advance(3500)
     life.look("stop seen")
     life.news()
     life.lose_the_link()
@@ -257,7 +263,7 @@ def test_nothing_on_the_caretakers_page_moves(page, host, language):
     life.look("somebody with a long name drives")
     page.locator("#profiles .sure").click()
     life.look("sure?")
-    person.advance(5100)
+    life.advance(5100)
     life.look("not sure")
     page.locator("#tab-modules").click()
     life.look("modules")
@@ -268,7 +274,7 @@ def test_nothing_on_the_caretakers_page_moves(page, host, language):
     page.locator("#invite button").first.click()
     wait_until(lambda: page.locator(".qr").count(), "the code")
     life.look("a code")
-    person.advance(2000)
+    life.advance(2000)
     life.look("the code's time")
     page.locator(".code-sheet .strong").click()
     life.look("done")

@@ -15,7 +15,7 @@ from gazechair.blackbox.writer import LogWriter
 from gazereplay.recording import WALL_NS
 from recordedchair import RecordedChair
 
-CUTS = 1000
+CUTS = 250  # besides those around every sync
 
 
 def times_ms(path: Path) -> list[int]:
@@ -30,7 +30,8 @@ def test_cut_at_random_bytes(drive: RecordedChair, recorded: Path, tmp_path: Pat
     sizes = [size for size, _ in synced]
     cut_file = tmp_path / "cut.mcap"
     dice = random.Random(14)
-    for cut in [0, 1, 8, 30, *(dice.randrange(len(whole)) for _ in range(CUTS))]:
+    around = [size + off for size in sizes[1:] for off in (-1, 0, 1) if size + off < len(whole)]
+    for cut in [0, 1, 8, 30, *around, *(dice.randrange(len(whole)) for _ in range(CUTS))]:
         cut_file.write_bytes(whole[:cut])
         file = LogFile(cut_file)
         read = sum(1 for _ in file.lines())

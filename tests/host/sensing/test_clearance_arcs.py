@@ -71,13 +71,19 @@ def poses(steps: list[bool], step_m: float, step_rad: float) -> FloatArray:
 def touches(body: FloatArray, path: FloatArray, points: FloatArray) -> np.ndarray:
     """Which points the bare outline covers anywhere on the path."""
     found = np.zeros(len(points), dtype=np.bool_)
-    for x, y, heading in path:
-        c, s = math.cos(heading), math.sin(heading)
-        offset = points - (x, y)
-        own = np.column_stack(
-            (c * offset[:, 0] + s * offset[:, 1], c * offset[:, 1] - s * offset[:, 0])
-        )
-        found |= inside(body, own)
+    radius_m = float(np.hypot(*body.T).max()) + 0.001
+    for part in (path[at : at + 20] for at in range(0, len(path), 20)):
+        middle = part[:, :2].mean(axis=0)
+        reach_m = radius_m + float(np.hypot(*(part[:, :2] - middle).T).max())
+        # Only what the chair may reach in these poses, and has not touched before.
+        left = np.flatnonzero(~found & (np.hypot(*(points - middle).T) < reach_m))
+        px, py = points[left].T
+        hit = np.zeros(len(left), dtype=np.bool_)
+        for x, y, heading in part:
+            c, s = math.cos(heading), math.sin(heading)
+            dx, dy = px - x, py - y
+            hit |= inside(body, np.column_stack((c * dx + s * dy, c * dy - s * dx)))
+        found[left] = hit
     return found
 
 

@@ -12,7 +12,7 @@ from gazechair.service.tune.recording import Recording
 from gazechair.service.tune.runner import Runner
 from gazelink import codes
 from gazemeasure.turn.tuning import truth
-from tunerig import TuneRig
+from tunerig import TuneRig, tune_rig
 
 NEUTRAL = 170
 SENSOR_S = 0.015  # the twin's heading sensor is that late, and a telemetry sample 0..10 ms old
@@ -33,7 +33,7 @@ def assert_ended(rig: TuneRig) -> None:
 
 
 def test_the_chair_is_found_as_it_is() -> None:
-    rig = TuneRig("3.1")
+    rig = tune_rig()
     began_ms = rig.now_ms
     recordings = run(rig)
     assert rig.now_ms - began_ms < 40_000
@@ -58,7 +58,7 @@ def test_the_chair_is_found_as_it_is() -> None:
 # While arming, before a pulse, in pulses both ways, while it runs out, near the end.
 @pytest.mark.parametrize("after_ms", [20, 120, 900, 1200, 2900, 3300, 6000, 7300])
 def test_any_key_stops_it_at_once(after_ms: int) -> None:
-    rig = TuneRig("3.1")
+    rig = tune_rig()
     pressed_ms = rig.now_ms + after_ms
     with pytest.raises(TuneError, match="stopped; nothing was changed"):
         run(rig, pressed_ms)
@@ -67,7 +67,7 @@ def test_any_key_stops_it_at_once(after_ms: int) -> None:
 
 @pytest.mark.parametrize("after_ms", [20, 900, 1200, 3300, 7300])
 def test_a_tool_that_dies_stops_it_too(after_ms: int) -> None:
-    rig = TuneRig("3.1")
+    rig = tune_rig()
     rig.dies_at_ms = rig.now_ms + after_ms
     with pytest.raises(TuneError, match=r"fallen silent|does not arm"):
         run(rig)
@@ -76,7 +76,7 @@ def test_a_tool_that_dies_stops_it_too(after_ms: int) -> None:
 
 
 def test_an_obstacle_ends_it_with_its_reason() -> None:
-    rig = TuneRig("3.1")
+    rig = tune_rig()
     rig.blocked_at_ms = rig.now_ms + 1200
     with pytest.raises(TuneError, match="the board stopped the pulse: obstacle_"):
         run(rig)
@@ -84,7 +84,7 @@ def test_an_obstacle_ends_it_with_its_reason() -> None:
 
 
 def test_without_obstacle_data_nothing_moves() -> None:
-    rig = TuneRig("3.1")
+    rig = tune_rig()
     rig.sees = False
     rig.wait(0.5)
     with pytest.raises(TuneError, match="not ready: obstacle_data_old"):
@@ -96,7 +96,7 @@ def test_without_obstacle_data_nothing_moves() -> None:
     ("fault", "reason"), [("imu_freeze", "heading"), ("emergency", "emergency"), ("tilt", "tilt")]
 )
 def test_every_fault_of_the_board_ends_it_with_its_reason(fault: str, reason: str) -> None:
-    rig = TuneRig("3.1")
+    rig = tune_rig()
     rig.strikes = (rig.now_ms + 1150, fault)
     with pytest.raises(TuneError, match=reason):
         run(rig)
@@ -104,7 +104,7 @@ def test_every_fault_of_the_board_ends_it_with_its_reason(fault: str, reason: st
 
 
 def test_a_driver_who_is_driving_is_not_interrupted() -> None:
-    rig = TuneRig("3.1")
+    rig = tune_rig()
     rig.link.order(codes.ARM, codes.DRIVER)
     rig.wait(0.5)
     with pytest.raises(TuneError, match="driving is on"):

@@ -24,7 +24,7 @@ from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
 from gazemeasure.home import forward
 from measuredchair import Measured
-from tunerig import TuneRig
+from tunerig import TuneRig, tune_rig
 
 USUAL = [row[1] for row in TABLE]
 NUMBERS = ForwardNumbers(0.36, 0.08, 0.15, 0.3, 0.6, 1.0)
@@ -35,7 +35,7 @@ def run(rig: TuneRig, measured: Measured, abort_at_ms: int = 1 << 30) -> list[Fo
 
 
 def test_the_board_drives_the_chair_and_it_is_found_as_it_is() -> None:
-    rig = TuneRig("4.1")
+    rig = tune_rig("4.1")
     began = rig.world.chair.x_m, rig.world.chair.y_m
     recordings = run(rig, Measured(rig))
     assert np.hypot(rig.world.chair.x_m - began[0], rig.world.chair.y_m - began[1]) < 2.0
@@ -61,7 +61,7 @@ def test_the_board_drives_the_chair_and_it_is_found_as_it_is() -> None:
 
 @pytest.mark.parametrize(("doubt", "reason"), [(CORRIDOR, "do not tell"), (STUCK, "does not move")])
 def test_what_is_not_known_ends_it(doubt: str, reason: str) -> None:
-    rig = TuneRig()
+    rig = tune_rig()
     with pytest.raises(TuneError, match=reason):
         run(rig, Measured(rig, doubt))
     rig.comes_to_rest()
@@ -69,7 +69,7 @@ def test_what_is_not_known_ends_it(doubt: str, reason: str) -> None:
 
 
 def test_any_key_stops_it() -> None:
-    rig = TuneRig()
+    rig = tune_rig()
     with pytest.raises(StoppedError, match="nothing was changed"):
         run(rig, Measured(rig), rig.now_ms + 2500)
     assert rig.neutral()
