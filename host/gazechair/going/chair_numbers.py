@@ -11,8 +11,7 @@ from gazelink.settings_table import profile_row
 
 SPOT_DEG_S = 30.0
 _RAMP_M_S2 = 0.6  # of the chair's own controller, estimated
-_STEP_S = 0.025  # an even part of the period of the steps
-_MOST_S = 4.0  # that a motion takes to its end
+_STEP_S = 0.02
 
 
 @dataclass(frozen=True)
@@ -170,8 +169,8 @@ class AxisModel:
     ) -> float:
         way = 0.0
         todo = [*pending, *([self._asked(permille)] * round(seconds / _STEP_S))]
-        n, most = 0, round(_MOST_S / _STEP_S)
-        while n < len(todo) or (n < most and (abs(ramp) > 1e-6 or abs(speed) > 0.02 * self._up)):
+        n = 0
+        while n < len(todo) or (n < 200 and (abs(ramp) > 1e-6 or abs(speed) > 0.02 * self._up)):
             ramp, speed = self._step(ramp, speed, todo[n] if n < len(todo) else 0.0)
             way += speed * _STEP_S
             n += 1

@@ -26,7 +26,6 @@ ARRIVED_M = 0.12
 _TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the goal
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
 _TURN_AGAIN_RAD = math.radians(20.0)
-_STEERED_RAD = math.radians(30.0)  # less than where it turns again
 _SHORT_M = 0.3  # a leg may end this much early, but at most by half of it
 _OFF_M = 0.30  # farther from its leg, a new plan is needed
 _LOOK_M = 1.0
@@ -65,8 +64,6 @@ class Follower:
         self._at = 0
         """Index of the leg that is driven, or turned to."""
         self._turning = True
-        self._rolls_in = False
-        """The path was taken while driving: where it is wide, the chair need not stop first."""
         self._steering = Steering(numbers, self._turn)
         self._let_deg_s = numbers.most_deg_s
         """Turn rate of the output that the board gave in the last turn on the spot."""
@@ -104,7 +101,6 @@ class Follower:
         self.lost_way = self.arrived = False
         self._aimed_m = -math.inf  # at once, if need be
         self._spot.start()
-        self._rolls_in = self.rolls and self._linear.speed > 0.0 and not way.backward
 
     def drop(self) -> None:
         """Drop the path."""
@@ -123,17 +119,6 @@ class Follower:
         self._spot.let_out(stick.turn_permille)
         if _on_spot(stick) and _on_spot(asked):
             self._let_deg_s = self._numbers.turned_deg_s(stick.turn_permille)
-
-    def rests_at(self, pose: Pose, after_s: float) -> Pose:
-        """Where it comes to rest if it moves on from `pose` for `after_s`, and is stopped then."""
-        ahead_m = self._linear.speed * after_s + self._linear.runs(0.0, 0.0)
-        turned_deg = self._turn.speed * after_s + self._turn.runs(0.0, 0.0)
-        return along(pose, ahead_m, math.radians(turned_deg))
-
-    @property
-    def rolls(self) -> bool:
-        """Whether it drives too fast to stop at once."""
-        return abs(self._linear.speed) > _ROLLS_M_S
 
     def left_m(self, pose: Pose) -> float:
         """Remaining length of the path."""
@@ -158,8 +143,6 @@ class Follower:
         stick = STOP
         self.turns_on_spot = False
         if self._way is not None and not self.arrived:
-            if self._turning and self._steers_in(pose, room_m):
-                self._turned(False)
             stick = (
                 self._turn_on_spot(pose, room_m)
                 if self._turning
@@ -181,7 +164,7 @@ class Follower:
         a, b = points[self._at], points[self._at + 1]
         if float(np.hypot(*(b - a))) < 0.03:
             return None
-        along, _across, length = self._way.on_leg(self._at, pose)
+        along, _across, length = _on_leg(a, b, pose)
         if length - along < 0.05:
             return None
         aim = a + (b - a) * (min(length, along + max(_LOOK_M, 0.5 * length)) / length)
@@ -194,7 +177,7 @@ class Follower:
         assert self._way is not None
         last = self._at >= len(self._way.points_m) - 1
         rolls = _ROLLS_M_S if room_m > NARROW_M else _STANDS_M_S
-        if abs(self._linear.speed) > rolls and not self._has_room_to_roll(room_m):
+        if abs(self._linear.speed) > rolls:
             return STOP
         target = self._target_rad(pose)
         if target is None:
@@ -210,20 +193,10 @@ class Follower:
             return self._turned(last)
         return Stick(0, output)
 
-    def _has_room_to_roll(self, room_m: float) -> bool:
-        return self._rolls_in and min(room_m, self._straight_m) > _WIDE_M
-
-    def _steers_in(self, pose: Pose, room_m: float) -> bool:
-        """Whether a chair that still rolls is steered to its new path instead of turned to it."""
-        if not self.rolls or not self._has_room_to_roll(room_m):
-            return False
-        target = self._target_rad(pose)
-        return target is not None and abs(_off(target, pose)) < _STEERED_RAD
-
     def _runs_out_near(self, pose: Pose, target: float, room_m: float, within: float) -> bool:
         """Whether the chair, released now, comes to rest near enough to the target, and soon."""
         wide = room_m > _WIDE_M
-        error = math.degrees(_off(target, pose))
+        error = math.degrees(math.remainder(target - pose[2], 2.0 * math.pi))
         if abs(self._turn.speed) > (20.0 if wide else _ENDS_DEG_S) or abs(error) > 12.0:
             return False
         if self._spot.pulses and not wide:
@@ -235,7 +208,7 @@ class Follower:
         if last:
             self.arrived = True
         else:
-            self._turning = self._rolls_in = False
+            self._turning = False
             self._steering.begin()
             self._aimed_m = None
         return STOP
@@ -249,7 +222,7 @@ class Follower:
         then, later_rad = self._then(pose)
         bend = self._way.bend(self._at + 1) if self._at + 1 != self._unbent else None
         a, b = points[self._at], points[self._at + 1]
-        along, across, length = self._way.on_leg(self._at, then)
+        along, across, length = _on_leg(a, b, then)
         left_m = length - along
         if bend is not None and self._vain_s >= _NO_BEND_S:
             self._vain_s = 0.0
@@ -269,7 +242,7 @@ class Follower:
         if bend is not None:
             to_bend_m = left_m - bend.tangent_m
             most_m_s = min(most_m_s, self._slows(to_bend_m, self._bent_m_s(bend)))
-            left_m = to_bend_m + self._way.beyond_m(self._at + 1)
+            left_m = to_bend_m + self._beyond_m(self._at + 1)
             if to_bend_m < self._speed * self._lead_s:
                 curve = bend.curve_per_m
         elif length < 0.03 or left_m < (_END_WIDE_M if room_m > _WIDE_M else _END_M):
@@ -298,7 +271,6 @@ class Follower:
         self, bend: Bend, turned: float, across: float, later_rad: float, most_m_s: float
     ) -> Stick:
         """Along the arc of a bend."""
-        assert self._way is not None
         if abs(across) > _OFF_M:
             self.lost_way = True
             return STOP
@@ -308,7 +280,7 @@ class Follower:
         line = bend.begin_rad + side * min(abs(bend.angle_rad), turned + lag_rad)
         error = math.remainder(line - later_rad, 2.0 * math.pi)
         curve = bend.curve_per_m if left_m > self._speed * self._lead_s else 0.0
-        beyond_m = self._way.beyond_m(self._at + 1) - bend.length_m
+        beyond_m = self._beyond_m(self._at + 1) - bend.length_m
         speed = self._speed_m_s(left_m + beyond_m, min(most_m_s, self._bent_m_s(bend)))
         linear = self._numbers.linear_permille(speed)
         turn = self._steering.curved(speed * curve, across, error)
@@ -326,6 +298,18 @@ class Follower:
         """Time before a bend at which its turn is requested: half the ramp, and the lag."""
         rate = math.degrees(RATE_RAD_S)
         return self._numbers.lag_s + 0.5 * rate / self._numbers.accelerate_deg_s2
+
+    def _beyond_m(self, vertex: int) -> float:
+        """Metres from the begin of the bend at `vertex` to where the chair stops."""
+        assert self._way is not None
+        total, bend = 0.0, self._way.bend(vertex)
+        while bend is not None:
+            a, b = self._way.points_m[vertex : vertex + 2]
+            after = self._way.bend(vertex + 1)
+            total += bend.length_m + float(np.hypot(*(b - a))) - bend.tangent_m
+            total -= 0.0 if after is None else after.tangent_m
+            vertex, bend = vertex + 1, after
+        return total
 
     def _bent_m_s(self, bend: Bend) -> float:
         """Highest speed in a bend at which the board still allows its turn rate."""
@@ -372,7 +356,7 @@ class Follower:
         return self._way
 
     def _begin_turn(self) -> None:
-        self._turning, self._rolls_in = True, False
+        self._turning = True
         self._spot.start()
 
     def _speed_m_s(self, left_m: float, most_m_s: float) -> float:
@@ -392,9 +376,18 @@ class Follower:
         return self._speed if wanted > 0.0 else 0.0
 
 
-def _off(target_rad: float, pose: Pose) -> float:
-    return math.remainder(target_rad - pose[2], 2.0 * math.pi)
-
-
 def _on_spot(stick: Stick) -> bool:
     return bool(stick.turn_permille and not stick.linear_permille)
+
+
+def _on_leg(
+    a: np.ndarray, b: np.ndarray, pose: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """Along, across (left of the leg positive) and its length."""
+    dx, dy = float(b[0] - a[0]), float(b[1] - a[1])
+    length = math.hypot(dx, dy)
+    if length < 1e-9:
+        return 0.0, 0.0, 0.0
+    ux, uy = dx / length, dy / length
+    px, py = pose[0] - float(a[0]), pose[1] - float(a[1])
+    return ux * px + uy * py, ux * py - uy * px, length

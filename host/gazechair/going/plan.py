@@ -92,28 +92,6 @@ class Way:
         bends = tuple(None if k in beside else bend for k, bend in enumerate(self.bends))
         return replace(self, points_m=points, bends=bends)
 
-    def on_leg(self, vertex: int, pose: Pose) -> tuple[float, float, float]:
-        """Metres of `pose` along the leg from `vertex`, and to the left of it; the leg's length."""
-        a, b = self.points_m[vertex : vertex + 2]
-        dx, dy = float(b[0] - a[0]), float(b[1] - a[1])
-        length = math.hypot(dx, dy)
-        if length < 1e-9:
-            return 0.0, 0.0, 0.0
-        ux, uy = dx / length, dy / length
-        px, py = pose[0] - float(a[0]), pose[1] - float(a[1])
-        return ux * px + uy * py, ux * py - uy * px, length
-
-    def beyond_m(self, vertex: int) -> float:
-        """Metres from the begin of the bend at `vertex` to where the chair stops."""
-        total, bend = 0.0, self.bend(vertex)
-        while bend is not None:
-            a, b = self.points_m[vertex : vertex + 2]
-            after = self.bend(vertex + 1)
-            total += bend.length_m + float(np.hypot(*(b - a))) - bend.tangent_m
-            total -= 0.0 if after is None else after.tangent_m
-            vertex, bend = vertex + 1, after
-        return total
-
     @property
     def length_m(self) -> float:
         """Length of all legs."""
@@ -138,16 +116,9 @@ class Planner:
         self._refused: Sequence[Refused] = ()
 
     def plan(
-        self,
-        start: Pose,
-        goal: Pose | tuple[float, float],
-        refused: Sequence[Refused] = (),
-        hurry: bool = False,
+        self, start: Pose, goal: Pose | tuple[float, float], refused: Sequence[Refused] = ()
     ) -> Way | NoWay:
-        """The path; takes 0.1 to 0.3 s, longer where it is narrow, unless in a `hurry`.
-
-        A goal without a heading allows any. `hurry`: the first path found, though not the easiest.
-        """
+        """The path; takes a tenth of a second. A goal without a heading allows any."""
         self._refused = refused
         self._lattice.refresh()
         turns = [(one.x_m, one.y_m) for one in refused if one.turns]
@@ -160,7 +131,7 @@ class Planner:
                     return found
             elif isinstance(best, NoWay) or found.cost_s < best.cost_s:
                 best = found
-            if isinstance(best, Way) and (hurry or best.is_easy):
+            if isinstance(best, Way) and best.is_easy:
                 break
         return best
 

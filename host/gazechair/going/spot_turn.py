@@ -12,12 +12,11 @@ import math
 from gazechair.going.chair_numbers import AxisModel
 
 _STANDS_DEG_S = 0.8
-_STANDS_TICKS = 8  # until a pulse shows, also of a chair that is slower than its model
+_STANDS_TICKS = 5
 _PULSES = 16  # ticks of the longest pulse
 _MOVES = 7  # with corrections
 _GAIN = (0.5, 1.8)
 _SHIFT = (-4.0, 12.0)  # ticks; above 0: it breaks loose sooner
-_SHIFT_FIRST = 4.0  # chairs without stiction break loose 4 to 6 ticks sooner than the model
 _LEARNS = 0.7
 _TELLS_DEG = 0.6  # nothing is learned from smaller turns
 _NEAR_ENOUGH_DEG = 2.5
@@ -32,7 +31,7 @@ class SpotTurn:
         self._period_s = period_s
         self._gain = 1.0
         """Measured coast divided by the model's."""
-        self._shift = _SHIFT_FIRST
+        self._shift = 0.0
         self.start()
 
     def start(self) -> None:
@@ -63,9 +62,6 @@ class SpotTurn:
         if self._left:
             self._left -= 1
             return int(self._sign * self._output)
-        side = math.copysign(1.0, error)
-        if not self._moves and side * self._model.speed > _STANDS_DEG_S:  # it turns there already
-            self._moves, self._runs, self._sign = 1, True, side
         if self._runs:
             signed = self._sign * self._let
             ways = [self._gain * self._model.runs(signed, n * self._period_s) for n in (0, 1)]

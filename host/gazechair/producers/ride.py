@@ -13,11 +13,11 @@ from gazechair.going.mission import (
     DRIVING,
     LOST,
     PLANNING,
+    Located,
     Mission,
     Planned,
 )
 from gazechair.going.plan import Pose
-from gazechair.going.rolled import Located
 from gazechair.producers.contract import Said, Sensed
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.odometry import Estimate, Motion
@@ -65,7 +65,7 @@ class Ride:
     def step(self, mission: Mission, goal: Pose, at: Pose, newest: Estimate, now_s: float) -> Said:
         """`at`: the pose of `newest` in the mission's frame."""
         mission.locate(Located(at, newest.speed_m_s, newest.yaw_rate_deg_s, newest.time_s))
-        if mission.goal != goal:
+        if mission.goal is None:
             mission.go(goal)
         self._look(mission, at, newest.time_s)
         return self._said(mission, mission.step(now_s, self._put_out), now_s)

@@ -58,55 +58,6 @@ def test_where_it_would_jam_it_stops_and_aims_again(
         assert np.sign(stick.turn_permille) == -np.sign(across_m + math.radians(turned_deg))
 
 
-@pytest.mark.parametrize(
-    ("room_m", "turn_deg", "backward", "does"),
-    [
-        (WIDE_M, 20.0, False, "steers"),
-        (WIDE_M, 90.0, False, "turns"),
-        (WIDE_M, -90.0, False, "turns"),
-        (WIDE_M, 90.0, True, "stops"),
-        (NARROW_M, 20.0, False, "stops"),
-        (NARROW_M, 90.0, False, "stops"),
-    ],
-)
-def test_a_rolling_chair_goes_over_to_another_way_without_a_stop_where_it_is_wide(
-    room_m: float, turn_deg: float, backward: bool, does: str
-) -> None:
-    follower = following(80, room_m)
-    heading = math.radians(turn_deg + 180.0 * backward)
-    points = np.array([(1.0, 0.0), (1.0 + 3.0 * math.cos(heading), 3.0 * math.sin(heading))])
-    follower.take(Way(points, None, backward), (1.0, 0.0, 0.0))
-    stick = follower.step((1.0, 0.0, 0.0), math.inf, room_m, room_m)
-    assert (stick.linear_permille > 0) is (does == "steers")
-    side = 0.0 if does == "stops" else math.copysign(1.0, turn_deg)
-    assert np.sign(stick.turn_permille) == side
-
-
-def test_a_chair_that_stands_turns_to_another_way_before_it_drives() -> None:
-    follower = Follower(numbers())
-    heading = math.radians(20.0)
-    way = Way(np.array([(0.0, 0.0), (3.0 * math.cos(heading), 3.0 * math.sin(heading))]), None)
-    follower.take(way, (0.0, 0.0, 0.0))
-    stick = follower.step((0.0, 0.0, 0.0), math.inf, WIDE_M, WIDE_M)
-    assert stick.linear_permille == 0
-    assert stick.turn_permille > 0
-
-
-def test_where_it_comes_to_rest_is_known_while_it_drives() -> None:
-    follower = following(80, WIDE_M)
-    chair = Chair("3.1")
-    chair.place(0.0, 0.0, 0.0)
-    chair.step(0.01, (0.0, 0.0))
-    output = numbers().linear_permille(numbers().most_m_s) / 1000.0
-    for _ in range(300):
-        chair.step(0.01, (output, 0.0))
-    x_m, y_m, heading = follower.rests_at((chair.x_m, chair.y_m, 0.0), 0.3)
-    for n in range(230):
-        chair.step(0.01, (output if n < 30 else 0.0, 0.0))
-    assert chair.x_m - 0.02 < x_m < chair.x_m + 0.12  # the board's settings state no better brake
-    assert abs(y_m) + abs(heading) < 0.03
-
-
 def test_a_new_way_that_it_is_not_aimed_at_is_aimed_at_where_it_would_jam() -> None:
     off = (0.0, 0.0, math.radians(4.0))
     for straight_m, turns in ((NARROW_M, False), (JAMS_M, True)):

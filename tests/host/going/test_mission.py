@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
-from gazechair.base.footprint import Footprint, Margins
+from gazechair.base.footprint import Footprint
 from gazechair.going.follow import ACCELERATE_M_S2, PERIOD_S, STOP, Pose, Stick
 from gazechair.going.mission import (
     ARRIVED,
@@ -20,10 +18,9 @@ from gazechair.going.mission import (
     POSE_LOST,
     WAITING,
     Planned,
-    at_once,
 )
 from gazechair.going.people import People
-from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
+from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner
 from goingrig import TWO_ROOMS, GoingChair, Person, drive_among, floor
 
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
@@ -108,88 +105,6 @@ def test_it_drives_on_until_the_new_way_is_known(chair: GoingChair) -> None:
     assert chair.mission.way is not old
     assert chair.run(90.0) == ARRIVED
     assert math.dist(chair.pose[:2], (6.5, 1.5)) < 0.1
-
-
-def test_another_way_begins_where_a_chair_that_rolls_can_stop(chair: GoingChair) -> None:
-    for seconds, ahead_m in ((0.0, (0.0, 0.01)), (8.0, (0.12, 0.4))):
-        chair.run(seconds)
-        chair.mission.go((6.5, 1.0, 0.0))
-        chair.step()
-        assert chair.mission.way is not None
-        x_m, y_m = chair.mission.way.points_m[0]
-        assert ahead_m[0] <= math.dist((x_m, y_m), chair.pose[:2]) <= ahead_m[1]
-
-
-def test_in_a_hurry_the_first_way_is_driven_and_a_better_one_taken_when_it_is_known(
-    chair: GoingChair, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    chair.run(8.0)
-    plan, asked = chair.mission.planner.plan, []
-
-    def hard_at_first(*of: Any) -> Planned:
-        asked.append(of[3])
-        found = plan(*of)
-        assert isinstance(found, Way)
-        return replace(found, cost_s=found.cost_s + 50.0 * (len(asked) == 1))
-
-    monkeypatch.setattr(chair.mission.planner, "plan", hard_at_first)
-    ways = []
-    for goal in ((6.5, 1.0, 0.0), (6.5, 1.5, 0.0)):
-        chair.mission.go(goal)
-        for _ in range(3):
-            chair.step()
-            ways.append(chair.mission.way)
-    assert asked == [True, False, True]
-    first, better, _, other, same, _ = ways
-    assert first is not better
-    assert other is same
-
-
-def test_what_the_board_refuses_counts_while_a_better_way_is_looked_for(chair: GoingChair) -> None:
-    chair.run(8.0)
-    plan, plans = chair.mission.planner.plan, [Future[Planned]()]
-
-    def hard(*of: Any) -> Planned:
-        found = plan(*of)
-        assert isinstance(found, Way)
-        return replace(found, cost_s=100.0)
-
-    def first_only(job: Callable[[], Planned]) -> Future[Planned]:
-        plans.append(at_once(job) if len(plans) == 1 else Future())
-        return plans[-1]
-
-    chair.mission.planner.plan = hard  # type: ignore[method-assign]
-    chair.mission.submit = first_only
-    chair.mission.go((6.5, 1.0, 0.0))
-    chair.run(0.1)
-    assert len(plans) == 3
-    chair.refuses = True
-    chair.run(2.0)
-    assert chair.mission.state == WAITING
-
-
-def test_no_better_way_stays_unless_it_had_to_stop_for_one(chair: GoingChair) -> None:
-    chair.run(8.0)
-    mission = chair.mission
-    plan = mission.planner.plan
-
-    def hard(*of: Any) -> Planned:
-        found = plan(*of)
-        assert isinstance(found, Way)
-        return replace(found, cost_s=100.0)
-
-    mission.planner.plan = hard  # type: ignore[method-assign]
-    mission.go((6.5, 1.0, 0.0))
-    chair.step()
-    first = mission.way
-    chair.step()
-    assert mission.way is first
-    mission.go((6.5, 1.5, 0.0))
-    chair.step()
-    first = mission.way
-    mission._ask_plan()
-    chair.step()
-    assert mission.way is not first
 
 
 def test_where_nothing_is_let_out_it_asks_a_third_of_the_time(chair: GoingChair) -> None:
@@ -373,8 +288,6 @@ def test_who_walks_into_the_way_in_two_seconds_limits_the_speed() -> None:
     way = np.array([(0.1 * k, 2.0, 0.0, 0.1 * k) for k in range(40)])
     free = people.free_m(way, Footprint())
     assert 1.0 < free < 3.0
-    wide = Footprint(margins=Margins(front_m=0.5))
-    assert people.free_m(way, wide) < free - 0.35
     assert math.isinf(people.free_m(way - (0.0, 3.0, 0.0, 0.0), Footprint()))
 
 

@@ -38,19 +38,10 @@ class Turning:
         self.spot = SpotTurn(self.model, numbers.spot_permille, PERIOD_S)
         self.random = np.random.default_rng(seed)
         self.seen = [(0.0, 0.0)] * 3
-        self.farthest_deg = 0.0
 
     def turn(self, angle_deg: float, most_s: float) -> tuple[float, float]:
         """Seconds, and the final error in degrees."""
-        target = self.chair.heading_deg + angle_deg
-        at_s = self.turn_to(target, most_s)
-        self._run(0, 1.0)
-        self.model.put_out(0, 1.0, 0.0)
-        return at_s, abs(target - self.chair.heading_deg)
-
-    def turn_to(self, target: float, most_s: float) -> float:
-        """Seconds; the chair may still turn after `most_s`."""
-        put_out, at_s = 0, 0.0
+        target, put_out, at_s = self.chair.heading_deg + angle_deg, 0, 0.0
         self.spot.start()
         while at_s < most_s:
             noise = self.random.normal(0.0, (0.15, 0.3))
@@ -66,12 +57,13 @@ class Turning:
             put_out = max(-CAP, min(CAP, asked))
             self._run(put_out, PERIOD_S)
             at_s += PERIOD_S
-        return at_s
+        self._run(0, 1.0)
+        self.model.put_out(0, 1.0, 0.0)
+        return at_s, abs(target - self.chair.heading_deg)
 
     def _run(self, put_out: int, seconds: float) -> None:
         for _ in range(round(seconds / 0.01)):
             self.chair.step(0.01, (0.0, put_out / 1000.0))
-            self.farthest_deg = max(self.farthest_deg, self.chair.heading_deg)
 
 
 @pytest.mark.parametrize("kind", ["twin", *KINDS])
@@ -84,16 +76,6 @@ def test_a_turn_ends_at_its_target_in_time(kind: str, seed: int) -> None:
     slack_s = [at_s - abs(angle) / 20.0 for (at_s, _), angle in zip(done, ANGLES_DEG, strict=True)]
     assert sum(slack_s) / len(slack_s) < 4.0
     assert max(slack_s) < 10.0
-
-
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_another_target_during_a_turn_is_not_overshot_by_a_pulse(seed: int) -> None:
-    turning = Turning("twin", seed)
-    turning.turn(90.0, 20.0)
-    turning.turn_to(turning.chair.heading_deg + 120.0, 2.0)
-    target = turning.chair.heading_deg + 16.0  # it comes to rest some degrees before that
-    turning.turn_to(target, 20.0)
-    assert turning.farthest_deg < target + 2.0
 
 
 def test_what_the_board_held_back_teaches_nothing() -> None:
