@@ -118,8 +118,9 @@ class Mission:
         """Set the goal, at any time; the chair follows its old path until the new one is ready."""
         self.goal = goal
         self._nearer = 0
-        self._stuck = Stuck()
-        self._refused = Refusals()
+        self._stuck, self._overruled, self._refused = Stuck(), Overruled(), Refusals()
+        self._hit_since_s = self._shut_since_s = None
+        self._went_round_s = -math.inf
         self._outdated = self._pending is not None
         self._ask_plan(drives_on=self.state == DRIVING)
 

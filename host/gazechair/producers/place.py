@@ -10,7 +10,7 @@ import numpy as np
 
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap, costmap_of
-from gazechair.going.mission import Mission
+from gazechair.going.mission import DRIVING, Mission
 from gazechair.going.plan import Planner, Pose
 from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
 from gazechair.producers.ride import POSE_LOST, Ride
@@ -21,6 +21,7 @@ from gazechair.sensing.mapping.stored.store import MapStore, Stored
 MAP_GONE = "going_map_gone"
 _WHERE_S = 1.5  # longest wait for the first pose after the press
 _MOST_POINTS = 40  # of a path that is shown
+_STEPPED_S = 0.25  # a chair that has not been driven for longer begins a new mission
 
 
 @dataclass(frozen=True)
@@ -42,21 +43,33 @@ class PlaceProducer(Producer):
         self._track = MapTrack()
         self._ride = Ride(setup.thinker)
         self._map = ""
+        self._kept: tuple[object, ...] = ()  # what a press must share with the one before
         self._mission: Future[Mission | None] = Future()
         self._model: _Model | None = None  # of the newest mission; used by the thinker only
         self._goal: Pose = (0.0, 0.0, 0.0)
         self._begun_s = 0.0
+        self._stepped_s = -math.inf
 
     def press(self, press: Press) -> None:
-        target = press.target
+        target, before = press.target, self._kept
         self._map = str(target["map"])
+        self._kept = self._map, target["drawn"], dict(press.settings), press.may_reverse
         x_m, y_m, heading_deg = (float(target[name]) for name in ("x", "y", "heading"))
         self._goal = x_m, y_m, math.radians(heading_deg)
         self._begun_s = press.at_s
         self._ride.begin()
+        if self._kept == before and self._drives(press.at_s):
+            return  # from here: what it knows of its surroundings and speeds holds
         self._mission.cancel()
         # Not within the step, which may take 20 s at most: a large map takes longer.
         self._mission = self.setup.thinker.submit(self._made, self._map, press)
+
+    def _drives(self, now_s: float) -> bool:
+        """Whether a mission drives the chair now."""
+        if now_s - self._stepped_s > _STEPPED_S or not self._mission.done():
+            return False
+        mission = None if self._mission.cancelled() else self._mission.result()
+        return mission is not None and mission.state == DRIVING
 
     def _made(self, name: str, press: Press) -> Mission | None:
         """The mission in that map; None: there is no such map."""
@@ -92,6 +105,7 @@ class PlaceProducer(Producer):
                 return Said((0, 0), "thinks")
             return Said(None, "ended", POSE_LOST)
         at = float(pose[0]), float(pose[1]), float(pose[2])
+        self._stepped_s = now_s
         said = self._ride.step(mission, self._goal, at, newest, now_s)
         if said.stick is None:
             return said

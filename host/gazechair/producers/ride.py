@@ -65,7 +65,7 @@ class Ride:
     def step(self, mission: Mission, goal: Pose, at: Pose, newest: Estimate, now_s: float) -> Said:
         """`at`: the pose of `newest` in the mission's frame."""
         mission.locate(Located(at, newest.speed_m_s, newest.yaw_rate_deg_s, newest.time_s))
-        if mission.goal is None:
+        if mission.goal != goal:
             mission.go(goal)
         self._look(mission, at, newest.time_s)
         return self._said(mission, mission.step(now_s, self._put_out), now_s)
