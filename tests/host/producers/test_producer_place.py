@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
@@ -13,12 +13,15 @@ import numpy as np
 import pytest
 
 from gazechair.base.footprint import Footprint
+from gazechair.going.mission import DRIVING, WAITING
 from gazechair.going.plan import Planner
 from gazechair.producers import place
 from gazechair.producers.contract import Press, Sensed, Setup
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore
+from gazechair.sensing.odometry.odometry import Estimate
 from gazelink.settings_table import TABLE
 
 SETTINGS = {name: default for name, default, _, _ in TABLE}
@@ -57,9 +60,31 @@ def producer(tmp_path: Path, thinker: Later) -> place.PlaceProducer:
     return place.PlaceProducer(Setup(Footprint(), tmp_path, thinker=thinker))
 
 
-def press(number: int, map_: str = "a", may_reverse: bool = True) -> Press:
-    target = {"map": map_, "x": 2.0, "y": 2.0, "heading": 0.0}
-    return Press(number, target, SETTINGS, may_reverse, 10.0)
+def press(
+    number: int,
+    map_: str = "a",
+    may_reverse: bool = True,
+    at_s: float = 10.0,
+    settings: Mapping[str, int] = SETTINGS,
+    **more: float,
+) -> Press:
+    target = {"map": map_, "x": 2.0, "y": 2.0, "heading": 0.0, "drawn": 0, **more}
+    return Press(number, target, settings, may_reverse, at_s)
+
+
+def here(at_s: float) -> Sensed:
+    """What a chair that stands in the map "a" senses."""
+    estimate = Estimate(at_s, 4.0, 2.0, 180.0, 0.0, 0.0, 0.0, 0.01, 0.01, 0.1, 0.01, 1.0, (), 1)
+    where = Whereabouts(at_s, "a", 4.0, 2.0, 180.0, 0.01, 0.1, 1.0, at_s)
+    return Sensed(estimates=[estimate], where=where)
+
+
+def drive(producer: place.PlaceProducer, thinker: Later, since_s: float, steps: int = 4) -> float:
+    """Step `steps` times; returns the time of the last one."""
+    for n in range(steps):
+        producer.step(here(since_s + 0.05 * n), since_s + 0.05 * n)
+        thinker.compute()
+    return since_s + 0.05 * (steps - 1)
 
 
 @pytest.fixture
@@ -103,7 +128,7 @@ def test_another_press_does_not_wait_for_the_map_of_the_one_before(
 def test_another_press_in_the_same_map_does_not_prepare_it_again(
     producer: place.PlaceProducer, thinker: Later, made: list[Planner], tmp_path: Path
 ) -> None:
-    """Another place, *Verder*: what was seen of the map's surroundings stays, too."""
+    """After *Pauze*: what was seen of the map's surroundings stays, too."""
     missions = []
     for number in (1, 2):
         producer.press(press(number))
@@ -112,7 +137,7 @@ def test_another_press_in_the_same_map_does_not_prepare_it_again(
     first, second = missions
     assert first is not None
     assert second is not None
-    assert first is not second
+    assert first is not second  # nobody has driven meanwhile
     assert first.costmap is second.costmap
     assert len(made) == 1
     producer.press(press(3, may_reverse=False))
@@ -126,6 +151,66 @@ def test_another_press_in_the_same_map_does_not_prepare_it_again(
     mission = producer._mission.result()
     assert mission is not None
     assert mission.costmap is not second.costmap
+
+
+def test_a_press_on_the_way_keeps_the_mission_and_changes_its_goal(
+    producer: place.PlaceProducer, thinker: Later
+) -> None:
+    producer.press(press(1))
+    now_s = drive(producer, thinker, 10.0)
+    first = producer._mission.result()
+    assert first is not None
+    assert first.state == DRIVING
+    way = first.way
+    producer.press(press(2, at_s=now_s + 0.05, y=3.0))
+    now_s = drive(producer, thinker, now_s + 0.05, 1)
+    assert producer._mission.result() is first
+    assert first.goal == (2.0, 3.0, 0.0)
+    assert first.state == DRIVING
+    assert first.way is way  # until the new one is known
+    drive(producer, thinker, now_s + 0.05, 2)
+    assert first.way is not None
+    assert first.way.points_m[-1].tolist() == [2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    "another",
+    [
+        {"at_s": 10.5},  # paused
+        {"drawn": 1},
+        {"settings": {**SETTINGS, "profile": 1}},
+        {"may_reverse": False},
+    ],
+)
+def test_where_anything_else_has_changed_a_press_makes_a_new_mission(
+    producer: place.PlaceProducer, thinker: Later, another: dict[str, Any]
+) -> None:
+    producer.press(press(1))
+    now_s = drive(producer, thinker, 10.0)
+    first = producer._mission.result()
+    producer.press(press(2, **{"at_s": now_s + 0.05, **another}))
+    thinker.compute()
+    assert producer._mission.result() is not first
+
+
+def test_a_chair_that_waits_or_has_lost_its_pose_begins_a_new_mission(
+    producer: place.PlaceProducer, thinker: Later
+) -> None:
+    producer.press(press(1))
+    now_s = drive(producer, thinker, 10.0)
+    mission = producer._mission.result()
+    assert mission is not None
+    mission.state = WAITING
+    producer.press(press(2, at_s=now_s + 0.05))
+    thinker.compute()
+    assert producer._mission.result() is not mission
+    now_s = drive(producer, thinker, now_s + 0.05)
+    mission = producer._mission.result()
+    for n in range(1, 14):  # the last pose is too old from the ninth on
+        producer.step(Sensed(), now_s + 0.05 * n)
+    producer.press(press(3, at_s=now_s + 0.7))
+    thinker.compute()
+    assert producer._mission.result() is not mission
 
 
 def test_a_large_map_is_not_kept_while_another_is_prepared(
