@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint
+from gazechair.going.outline import outline
 
 AHEAD_S = 2.0
 _APART_M = 0.35
@@ -97,7 +98,8 @@ class People:
         if not walkers or not len(poses):
             return math.inf
         times = np.arange(0.0, AHEAD_S + 0.01, _STEP_S)
-        low, high = footprint.body.min(axis=0), footprint.body.max(axis=0)
+        corners = np.concatenate(outline(footprint))
+        low, high = corners.min(axis=0), corners.max(axis=0)
         c, s = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
         least = math.inf
         for one in walkers:

@@ -9,7 +9,7 @@ from concurrent.futures import Future
 import numpy as np
 import pytest
 
-from gazechair.base.footprint import Footprint
+from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.follow import ACCELERATE_M_S2, PERIOD_S, STOP, Pose, Stick
 from gazechair.going.mission import (
     ARRIVED,
@@ -288,6 +288,8 @@ def test_who_walks_into_the_way_in_two_seconds_limits_the_speed() -> None:
     way = np.array([(0.1 * k, 2.0, 0.0, 0.1 * k) for k in range(40)])
     free = people.free_m(way, Footprint())
     assert 1.0 < free < 3.0
+    wide = Footprint(margins=Margins(front_m=0.5))
+    assert people.free_m(way, wide) < free - 0.35
     assert math.isinf(people.free_m(way - (0.0, 3.0, 0.0, 0.0), Footprint()))
 
 
