@@ -11,12 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gazechair.going.follow import STOP, Stick
 from gazechair.going.plan import Way
 from gazemeasure.go.benchmark import add_comfort, add_kind
 from gazemeasure.go.ideal import Permitted, ideal_s
 from gazemeasure.go.missions import (
-    ANOTHER,
     DOORS,
     KINDS,
     ONE,
@@ -24,7 +22,6 @@ from gazemeasure.go.missions import (
     TWO,
     Job,
     Result,
-    _another,
     mission,
 )
 from gazemeasure.go.rig import Go
@@ -41,7 +38,7 @@ def test_a_mission_is_judged_by_the_truth() -> None:
 
 
 def result(kind: str, **of: Any) -> Result:
-    return replace(Result(Job(kind, 1), True, 0, 0.1, 1.2, 0.6, 2.2, "", 0.4), **of)
+    return replace(Result(Job(kind, 1), True, 0, 0.1, 1.2, 0.6, 2.2, ""), **of)
 
 
 def kind_ok(kind: str, *done: Result) -> bool:
@@ -56,61 +53,16 @@ def test_missions_of_every_kind_must_arrive(kind: str) -> None:
     assert not kind_ok(kind, *[result(kind)] * 9, result(kind, arrived=False))
     assert not kind_ok(kind, result(kind, collisions=1))
     most = [result(kind)] * 24 + [result(kind, arrived=False)]
-    assert kind_ok(kind, *most) == (kind not in (TWO, DOORS, ANOTHER))
+    assert kind_ok(kind, *most) == (kind not in (TWO, DOORS))
 
 
-def test_time_new_motion_and_comfort_are_bounded() -> None:
+def test_time_and_comfort_are_bounded() -> None:
     assert not kind_ok(ONE, result(ONE, ratio=1.4))
     assert kind_ok(PEOPLE, result(PEOPLE, ratio=1.6))
-    assert not kind_ok(ANOTHER, result(ANOTHER, moves_after_s=math.inf))
     for of, ok in (({}, True), ({"acceleration": 1.2}, False), ({"jerk": 4.0}, False)):
         report = Report("")
         add_comfort(report, [result(TWO, **of)])
         assert report.ok == ok
-
-
-def way() -> Way:
-    """Equal ways are different ones."""
-    return Way(np.zeros((3, 2)), None)
-
-
-class Retargeted:
-    """A chair with a new way after 300 ms, which then waits 400 ms before it obeys."""
-
-    def __init__(self, ends_ms: float = math.inf, obeys: bool = True) -> None:
-        self.now_ms = 0
-        self.mission: Any = SimpleNamespace(way=way(), go=self._go)
-        self._new = way()
-        self.chair: Any = SimpleNamespace(speed_m_s=0.3, yaw_rate_deg_s=0.0)
-        self.stick, self.ended = Stick(500, 0), False
-        self._ends_ms, self._obeys = ends_ms, obeys
-        self._begin_ms = 0
-
-    def _go(self, _goal: Any) -> None:
-        self._begin_ms = self.now_ms
-
-    def press(self) -> None:
-        pass
-
-    def run_ms(self, ms: int) -> None:
-        self.now_ms += ms
-        since_ms = self.now_ms - self._begin_ms
-        if self._begin_ms and since_ms >= 300:
-            self.mission.way, self.stick = self._new, Stick(0, -400)
-        if self._begin_ms and since_ms >= 700 and self._obeys:
-            self.chair.yaw_rate_deg_s = -8.0
-        self.ended = self._begin_ms > 0 and since_ms >= self._ends_ms
-
-
-def test_new_motion_is_the_chairs_not_the_request() -> None:
-    goals: Any = [(0.0, 0.0, 0.0)] * 3
-    assert _another(Retargeted(), goals) == 0.7  # type: ignore[arg-type]
-    assert _another(Retargeted(ends_ms=500), goals) == math.inf  # type: ignore[arg-type]
-    assert _another(Retargeted(obeys=False), goals) == math.inf  # type: ignore[arg-type]
-    chair = Retargeted()
-    chair.mission.way = None
-    assert chair.stick != STOP
-    assert _another(chair, goals) == 0.7  # type: ignore[arg-type]
 
 
 def test_a_plan_is_ready_when_planning_would_be() -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
@@ -18,6 +19,7 @@ import numpy as np
 
 from gazechair.base.health import Health
 from gazechair.board.state import BoardState
+from gazechair.going.mission import Mission
 from gazechair.producers.places import Places
 from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.mapping.stored.home_map import HomeMap
@@ -32,36 +34,40 @@ from gazechair.sensing.odometry.service import OdometryService
 from gazesim.producer_chair import LIDARS, MAP, ProducerChair, Targets, waiting
 from gazesim.rooms import Room
 
-_ODOMETRY_MS, _MAPPING_MS, _PLAN_MS = 15, 60, 300
+_ODOMETRY_MS, _MAPPING_MS, PLAN_MS = 15, 60, 300
 _TICK_MS = 500
 _CHUNK_S = 0.01  # of the lidars' data: longer than usual, for half as many ray casts
 _PLACE_OLD_S = 1.0
 
 
 class _Thinker(Executor):
-    """A plan is known _PLAN_MS later, by the chair's clock."""
+    """A plan is known `plan_ms` later, by the chair's clock; None: after its own CPU time."""
 
-    def __init__(self, now_s: Callable[[], float]) -> None:
+    def __init__(self, now_s: Callable[[], float], plan_ms: float | None) -> None:
         self._now_s = now_s
+        self._plan_ms = plan_ms
 
     def submit(self, work: Any, /, *args: Any, **more: Any) -> Future[Any]:
         """Compute at once; the result is ready later."""
         made = _Later(self._now_s)
+        begin_s = time.process_time()
         try:
             made.set_result(work(*args, **more))
         except Exception as error:
             made.set_exception(error)
+        took_s = time.process_time() - begin_s
+        made.ready_s += took_s if self._plan_ms is None else self._plan_ms / 1000.0
         return made
 
 
 class _Later(Future[Any]):
     def __init__(self, now_s: Callable[[], float]) -> None:
         super().__init__()
-        self._now_s, self._ready_s = now_s, now_s() + _PLAN_MS / 1000.0
+        self._now_s, self.ready_s = now_s, now_s()
 
     def done(self) -> bool:
         """False until the result is due."""
-        return self._now_s() >= self._ready_s
+        return self._now_s() >= self.ready_s
 
 
 class _Out:
@@ -77,7 +83,16 @@ class _Out:
 class LocatedChair(ProducerChair):
     """A chair that is never told its pose."""
 
-    def __init__(self, folder: Path, home: HomeMap, room: Room, profile: str = "") -> None:
+    def __init__(
+        self,
+        folder: Path,
+        home: HomeMap,
+        room: Room,
+        profile: str = "",
+        plan_ms: float | None = PLAN_MS,
+    ) -> None:
+        """`plan_ms`: time that a plan takes; None: its own CPU time."""
+        self._plan_ms = plan_ms
         self.now_ms, now_s = 0, self.now_s
         obeys = Obeys(Health("motion", now_s), lambda: None)
         self.odometry = OdometryService(LIDARS, Health("odometry", now_s), obeys)
@@ -115,6 +130,12 @@ class LocatedChair(ProducerChair):
         """True if the chair knows its pose in a map."""
         return bool(self._here())
 
+    @property
+    def mission(self) -> Mission | None:
+        """The newest mission to a place; None: it is not made yet."""
+        made = self._runner._producer._mission  # type: ignore[attr-defined]
+        return made.result() if made.done() and not made.cancelled() else None
+
     def came_here(self) -> None:
         """Give it its true pose, as if known from the drive that brought it here."""
         chair, looks = self.world.chair, self._worker._looks
@@ -128,7 +149,7 @@ class LocatedChair(ProducerChair):
             service.stop()
 
     def _thinker(self) -> Executor:
-        return _Thinker(self.now_s)
+        return _Thinker(self.now_s, self._plan_ms)
 
     def _board_says(self, state: BoardState) -> None:
         self._feed.board(state)

@@ -26,17 +26,15 @@ from gazesim.home_routes import Router
 from gazesim.homes import GLASS, Home
 from gazesim.rooms import box
 
-TWO, ONE, FOREIGN, PEOPLE, DOORS, ANOTHER = (
-    "two lidars", "one lidar", "foreign chairs", "people", "doors of 0.85-0.90 m", "another goal",
+TWO, ONE, FOREIGN, PEOPLE, DOORS = (
+    "two lidars", "one lidar", "foreign chairs", "people", "doors of 0.85-0.90 m",
 )  # fmt: skip
-KINDS = {TWO: 200, ONE: 40, FOREIGN: 42, PEOPLE: 40, DOORS: 40, ANOTHER: 40}
+KINDS = {TWO: 200, ONE: 40, FOREIGN: 42, PEOPLE: 40, DOORS: 40}
 MISSIONS_IN_A_HOME = 4
 _TRIES = 150
 _AROUND_M = 0.10  # least gap all round for a turn on the spot where a mission begins or ends
 _FENCE_M = 3.0
 _LIMIT_S = 90.0  # and four times the ideal
-_ANOTHER_MS = 10_000
-_MOVES_M_S, _MOVES_DEG_S = 0.05, 2.0
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,6 @@ class Result:
     acceleration: float
     jerk: float
     why: str
-    moves_after_s: float | None = None
     spent_s: dict[str, float] = field(default_factory=dict)
     plan_s: list[float] = field(default_factory=list)
     step_ms: float = 0.0
@@ -79,7 +76,7 @@ def mission(job: Job) -> Result:
         home.people = home_plans.home(seed // MISSIONS_IN_A_HOME).people
     no_go = tuple(np.array(one.corners) for one in home.solids() if one.material == GLASS)
     chance = np.random.default_rng((seed, len(job.kind)))
-    found = poses(home, grid, chance, 3, job.kind == DOORS)
+    found = poses(home, grid, chance, 2, job.kind == DOORS)
     profile = PROFILES[seed % len(PROFILES)]
     chair: Any = None
     if job.kind == FOREIGN:
@@ -89,12 +86,11 @@ def mission(job: Job) -> Result:
         )
     lidars = ONE if job.kind == ONE else TWO
     go = Go(home, grid, found[0], profile, lidars, seed, chair, no_go)
-    after_s = _another(go, found) if job.kind == ANOTHER else None
     outcome = go.go(found[1], _LIMIT_S)
-    return _result(job, outcome, after_s)
+    return _result(job, outcome)
 
 
-def _result(job: Job, outcome: Outcome, after_s: float | None) -> Result:
+def _result(job: Job, outcome: Outcome) -> Result:
     often = max(outcome.overrides, key=lambda name: outcome.overrides[name], default="")
     return Result(
         job,
@@ -106,33 +102,10 @@ def _result(job: Job, outcome: Outcome, after_s: float | None) -> Result:
         float(np.percentile(outcome.jerks, 99)) if outcome.jerks else 0.0,
         f"{outcome.ended or outcome.reason}, {outcome.end_m:.2f} m"
         f" and {outcome.end_deg:.0f} deg off, {often}",
-        after_s,
         outcome.spent_s,
         outcome.plan_s,
         percentile(outcome.step_ms, 0.95) if outcome.step_ms else 0.0,
     )
-
-
-def _another(go: Go, goals: list[Pose]) -> float:
-    """Seconds from another goal during the drive to true motion as the new way asks; inf: none."""
-    go.mission.go(goals[2])
-    go.press()
-    go.run_ms(8000)
-    go.mission.go(goals[1])
-    old, begin_ms = go.mission.way, go.now_ms
-    while go.mission.way is old or go.mission.way is None or not _obeys(go):
-        if go.ended or go.now_ms - begin_ms > _ANOTHER_MS:
-            return math.inf
-        go.run_ms(10)  # it first continues on the old way
-    return (go.now_ms - begin_ms) / 1000.0
-
-
-def _obeys(go: Go) -> bool:
-    """True if the chair truly moves as is now requested: along, or else turning."""
-    stick, chair = go.stick, go.chair
-    if stick.linear_permille:
-        return float(np.sign(stick.linear_permille)) * chair.speed_m_s > _MOVES_M_S
-    return float(np.sign(stick.turn_permille)) * chair.yaw_rate_deg_s > _MOVES_DEG_S
 
 
 @lru_cache(maxsize=2)

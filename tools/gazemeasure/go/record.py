@@ -24,7 +24,10 @@ FILE = _DOCS / "missions.json" if _DOCS.is_dir() else None
 """None outside of a checkout: nothing is kept there."""
 _HERE = Path(__file__).parent
 # Missions depend on these files and on everything that they import.
-_BEGINS = (_HERE / "missions.py", _HERE / "scenes.py", ROOT / "firmware/gazeboard/main.py")
+_BEGINS = (
+    *(_HERE / name for name in ("missions.py", "scenes.py", "another.py")),
+    ROOT / "firmware/gazeboard/main.py",
+)
 
 
 class Job(Protocol):

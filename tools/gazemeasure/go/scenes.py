@@ -171,11 +171,11 @@ def _middle(door: Door) -> tuple[float, float]:
 
 def _in_a_home(job: Job) -> Scene:
     number = job.seed // missions.MISSIONS_IN_A_HOME
-    return _scene(missions.fenced(number), _mapped_inside(number), job)
+    return _scene(missions.fenced(number), mapped_inside(number), job)
 
 
 @lru_cache(maxsize=2)
-def _mapped_inside(number: int) -> OccupancyGrid:
+def mapped_inside(number: int) -> OccupancyGrid:
     """The map of that home, from places that a chair can reach, not from its garden."""
     home, chance = missions.fenced(number), np.random.default_rng((number, 8))
     bare = home_plans.home(number)

@@ -24,7 +24,7 @@ from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.places import Drawn
 from gazemeasure.go.ideal import Permitted, ideal_s
 from gazesim.homes import GLASS, Home
-from gazesim.located_chair import LocatedChair
+from gazesim.located_chair import PLAN_MS, LocatedChair
 
 ARRIVED_M, ARRIVED_DEG = 0.15, 5.0
 _GOAL = "Daar"
@@ -80,20 +80,21 @@ class Driven:
 class Judge:
     """Drives one mission. `acts` are called each millisecond."""
 
-    def __init__(self, scene: Scene, folder: Path) -> None:
+    def __init__(self, scene: Scene, folder: Path, plan_ms: float | None = PLAN_MS) -> None:
+        """`plan_ms`: see LocatedChair."""
         self.scene = scene
         drawn = Drawn()
-        x_m, y_m, heading_rad = scene.goal
-        heading_deg = math.degrees(heading_rad) % 360.0
-        place = {"name": _GOAL, "icon": "star", "x": x_m, "y": y_m, "heading": heading_deg}
-        drawn = drawn.with_place(place)
+        for name, (x_m, y_m, heading_rad) in self._places().items():
+            heading_deg = math.degrees(heading_rad) % 360.0
+            place = {"name": name, "icon": "star", "x": x_m, "y": y_m, "heading": heading_deg}
+            drawn = drawn.with_place(place)
         for one in scene.room.solids():
             if one.material == GLASS:
                 drawn = drawn.with_area([list(corner) for corner in one.corners])
         self._no_go = tuple(np.array(area.corners_m) for area in drawn.no_go)
         scene.room.start = (*scene.start[:2], math.degrees(scene.start[2]))
         home = HomeMap("Thuis", scene.grid, drawn=drawn)
-        self.chair = LocatedChair(folder, home, scene.room, scene.profile)
+        self.chair = LocatedChair(folder, home, scene.room, scene.profile, plan_ms)
         self.driven = Driven()
         self.acts: list[Callable[[], None]] = []
         self.pressed_ms = 0
@@ -106,8 +107,7 @@ class Judge:
             driven.ended = "it does not know where it is"
             return driven
         driven.ideal_s = self._ideal_s(False)
-        self.pressed_ms = chair.now_ms
-        chair.page.choose(chair.tiles[_GOAL])
+        self._sets_out()
         chair.run(_WORD_MS)
         limit_s = _LIMIT_S + 4.0 * driven.ideal_s
         self._waits(lambda: chair.news["state"] in ("", "arrived", "ended"), 1000 * round(limit_s))
@@ -123,6 +123,15 @@ class Judge:
         driven.collisions = chair.world.collisions
         driven.arrived = state == "arrived" and near and not driven.collisions
         return driven
+
+    def _places(self) -> dict[str, Pose]:
+        """The places of the map, by their names."""
+        return {_GOAL: self.scene.goal}
+
+    def _sets_out(self) -> None:
+        """Choose the goal."""
+        self.pressed_ms = self.chair.now_ms
+        self.chair.page.choose(self.chair.tiles[_GOAL])
 
     @property
     def since_s(self) -> float:

@@ -1,0 +1,134 @@
+"""Another goal on the way: what counts as new motion, and which limit counts for whom."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gazechair.going.plan import Way
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
+from gazelink.settings_table import PROFILES
+from gazemeasure.go.another import (
+    KIND,
+    ROLLS_ON,
+    STARTS,
+    STOPS,
+    TURNS,
+    Another,
+    Done,
+    add,
+    class_of,
+    floor_s,
+    obeys,
+    off_rad,
+)
+from gazemeasure.go.missions import Job
+from gazemeasure.go.whole import Driven, Scene
+from gazemeasure.home.localization import look
+from gazemeasure.report import Report
+from gazesim.home_drive import FRONT, REAR
+from gazesim.homes import Home
+from gazesim.rooms import box
+
+AHEAD = Way(np.array([(0.0, 0.0), (2.0, 0.0)]), None)
+BACK = Way(np.array([(0.0, 0.0), (-1.0, 0.0), (-1.0, 2.0)]), None, backward=True)
+TURN = Way(np.array([(0.0, 0.0), (0.01, 0.0)]), math.pi / 2)
+
+
+def test_the_angle_is_that_of_the_first_leg_as_it_is_driven_or_of_the_last_turn() -> None:
+    assert off_rad(AHEAD, 0.5) == pytest.approx(-0.5)
+    assert off_rad(BACK, 0.0) == pytest.approx(0.0)
+    assert off_rad(TURN, 0.0) == pytest.approx(math.pi / 2)
+
+
+@pytest.mark.parametrize(
+    ("way", "off", "speed_m_s", "rate_deg_s", "new"),
+    [
+        (AHEAD, 0.05, 0.06, 0.0, True),
+        (AHEAD, 0.05, 0.04, 9.0, False),
+        (BACK, 0.0, 0.06, 0.0, False),
+        (BACK, 0.0, -0.06, 0.0, True),
+        (AHEAD, 0.5, 0.3, 0.0, False),  # it only rolls on along the path before
+        (AHEAD, 0.5, 0.3, 2.1, True),
+        (AHEAD, -0.5, 0.3, 2.1, False),
+    ],
+)
+def test_new_motion_is_the_chairs_as_the_new_path_begins(
+    way: Way, off: float, speed_m_s: float, rate_deg_s: float, new: bool
+) -> None:
+    assert obeys(way, off, speed_m_s, rate_deg_s) is new
+
+
+@pytest.mark.parametrize(
+    ("way", "off", "speed_m_s", "rate_deg_s", "how"),
+    [
+        (AHEAD, 0.02, 0.3, 0.0, ROLLS_ON),
+        (AHEAD, 0.4, 0.3, 0.0, ROLLS_ON),
+        (AHEAD, 0.4, 0.0, 9.0, ROLLS_ON),
+        (AHEAD, 2.0, 0.0, 9.0, ROLLS_ON),
+        (AHEAD, 2.0, 0.3, 0.0, STOPS),
+        (AHEAD, -0.4, 0.0, 9.0, STOPS),
+        (BACK, 0.0, 0.3, 0.0, STOPS),
+        (AHEAD, 0.4, 0.0, 0.0, TURNS),
+        (AHEAD, 0.02, 0.0, 0.0, STARTS),
+        (BACK, 0.02, 0.0, 0.0, STARTS),
+    ],
+)
+def test_what_a_path_asks_depends_on_how_the_chair_moves(
+    way: Way, off: float, speed_m_s: float, rate_deg_s: float, how: str
+) -> None:
+    assert class_of(way, off, speed_m_s, rate_deg_s) == how
+
+
+def done(how: str = ROLLS_ON, after_s: float = 0.4, **driven: Any) -> Done:
+    return Done(Job(KIND, 1), "3.1", Driven(**{"arrived": True, **driven}), how, after_s)
+
+
+def ok(*of: Done) -> bool:
+    report = Report("")
+    add(report, list(of))
+    return report.ok
+
+
+def test_half_a_second_counts_where_the_chair_rolls_or_turns_as_asked() -> None:
+    assert ok(done(), done(STOPS, 0.9), done(TURNS, 0.9), done(STARTS, 0.9))
+    assert not ok(done(), done(after_s=0.6))
+    assert not ok(done(), done("", math.inf))
+    assert not ok(done(), done(collisions=1))
+    assert not ok(done(), done(arrived=False))
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_the_chair_alone_takes_longer_where_it_must_stop_or_start(profile: str) -> None:
+    rolls, turns, starts, stops = (
+        floor_s(profile, how) for how in (ROLLS_ON, TURNS, STARTS, STOPS)
+    )
+    assert 0.2 < rolls < 0.5 < starts
+    assert rolls < turns < stops < 1.5
+
+
+def test_the_clock_starts_at_the_message_of_the_page(tmp_path: Path) -> None:
+    corners = ((0.0, 0.0), (5.0, 0.0), (5.0, 4.0), (0.0, 4.0), (0.0, 0.0))
+    walls = tuple((*a, *b) for a, b in pairwise(corners))
+    home = Home("one room", walls, (box(4.6, 0.5, 0.6, 0.8, 0.0, 1.0, "cupboard"),))
+    chance, keys = np.random.default_rng(1), []
+    for x, y in product((0.9, 2.0, 3.3), (1.0, 2.0, 3.0)):
+        pose = np.array((x, y, chance.uniform(-3.0, 3.0)))
+        seen = look(home, pose, chance, (FRONT, REAR))
+        keys.append(KeyScan(pose, seen.points_m, seen.origins_m, 0.0, 0.0, 0.0))
+    start, goal, before = (0.9, 2.0, 0.0), (3.6, 2.9, 0.0), (3.8, 1.9, 0.0)
+    scene = Scene(home, occupancy_of(keys), start, goal, "3.1")
+    judge = Another(scene, before, tmp_path)
+    try:
+        driven = judge.drive()
+    finally:
+        judge.chair.close()
+    assert driven.arrived, driven.why
+    assert judge.how
+    assert 0.1 < judge.moves_after_s < 2.0

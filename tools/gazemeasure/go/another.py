@@ -1,0 +1,218 @@
+"""Another goal on the way: how soon the chair truly moves as the new path asks.
+
+The whole chair drives; the goal is changed by a message of the driver's page, and the clock starts
+there. Planning takes as long as its own CPU time. No chair can do all of this within half a second:
+dead time, ramps and lag alone take longer where it must first stop or start. So the limit counts
+where the chair rolls or turns as the new path begins; the rest is reported beside the chair's own
+time, from stick to motion.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gazechair.going.bends import RATE_RAD_S
+from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.going.follow import ACCELERATE_M_S2, JERK_M_S3
+from gazechair.going.plan import Pose, Way
+from gazelink.settings_table import PROFILES, TABLE
+from gazemeasure.go import missions, scenes
+from gazemeasure.go import record as go_record
+from gazemeasure.go.missions import Job
+from gazemeasure.go.whole import Driven, Judge, Scene
+from gazemeasure.report import Report, percentile
+from gazemeasure.turn.board import settings_with
+from gazesim.chair import Chair
+
+KIND, COUNT = "another goal", 40
+ROLLS_ON, TURNS, STARTS, STOPS = (
+    "it rolls or turns as asked", "a turn from rest", "straight on from rest", "it must stop first",
+)  # fmt: skip
+_LIMIT_S = 0.5
+_LEAST_ARRIVED = 99.0
+_QUICK = 3
+_BEFORE = "Eerst"
+_DRIVES_MS = 8000
+_LATEST_S = 10.0
+MOVES_M_S, MOVES_DEG_S = 0.05, 2.0
+_ROLLS_M_S, _AHEAD_RAD = 0.12, math.radians(30.0)
+_STRAIGHT_RAD = math.radians(5.0)  # a smaller turn is steered while driving
+_TICK_S, _SETTLES_S = 0.01, 3.0
+
+
+@dataclass(frozen=True)
+class Done:
+    """A mission and its result."""
+
+    job: Job
+    profile: str
+    driven: Driven
+    how: str
+    """What the new path asked of the chair: one of the classes above; "": it was never known."""
+    moves_after_s: float
+
+    @property
+    def arrived(self) -> bool:
+        """True if the chair arrived at the second goal, by the truth."""
+        return self.driven.arrived
+
+    @property
+    def collisions(self) -> int:
+        """Number of collisions, by the truth."""
+        return self.driven.collisions
+
+    @property
+    def ratio(self) -> float:
+        """1: there is no ideal time of a path that begins on another one."""
+        return 1.0
+
+
+def measure(report: Report, quick: bool, processes: int) -> None:
+    """Add the rows."""
+    jobs = [Job(KIND, seed) for seed in range(_QUICK if quick else COUNT)]
+    done = go_record.gather(jobs, mission, _kept, processes, None if quick else go_record.FILE)
+    add(report, done)
+
+
+def add(report: Report, done: list[Done]) -> None:
+    """Add the rows of these missions."""
+    arrived = 100.0 * float(np.mean([one.arrived for one in done]))
+    report.add(f"{KIND}: arrived", arrived, f"% of {len(done)}", _LEAST_ARRIVED, at_least=True)
+    report.add("  collisions", sum(one.collisions for one in done), "", 0.0)
+    for how in (ROLLS_ON, TURNS, STARTS, STOPS, ""):
+        of = [one for one in done if one.how == how]
+        if of:
+            after_s = percentile([one.moves_after_s for one in of], 0.95)
+            own_s = max(floor_s(one.profile, how) for one in of)
+            unit = f"s, {len(of)} missions; the chair alone {own_s:.2f}"
+            limit_s = _LIMIT_S if how in (ROLLS_ON, "") else None
+            report.add(f"  new motion, 95 %: {how or 'none'}", after_s, unit, limit_s)
+    after_s = percentile([one.moves_after_s for one in done], 0.95)
+    report.add("  new motion, 95 %: all", after_s, "s")
+    for one in done:
+        if not one.arrived:
+            report.note(f"{KIND} {one.job.seed}: {one.driven.why}")
+
+
+def mission(job: Job) -> Done:
+    """Drive towards one place, choose another on the way, and drive there."""
+    number = job.seed // missions.MISSIONS_IN_A_HOME
+    home, grid = missions.fenced(number), scenes.mapped_inside(number)
+    chance = np.random.default_rng((job.seed, len(KIND)))
+    start, goal, before = missions.poses(home, grid, chance, 3, False)
+    profile = PROFILES[job.seed % len(PROFILES)]
+    with tempfile.TemporaryDirectory(prefix="gazechair-") as folder:
+        judge = Another(Scene(home, grid, start, goal, profile), before, Path(folder))
+        try:
+            driven = judge.drive()
+        finally:
+            judge.chair.close()
+    return Done(job, profile, driven, judge.how, judge.moves_after_s)
+
+
+def _kept(row: dict[str, Any]) -> Done:
+    return Done(**{**row, "job": Job(**row["job"]), "driven": Driven(**row["driven"])})
+
+
+class Another(Judge):
+    """Changes the goal after 8 s."""
+
+    def __init__(self, scene: Scene, before: Pose, folder: Path) -> None:
+        self._before = before
+        super().__init__(scene, folder, None)
+        self.how = ""
+        self.moves_after_s = math.inf
+        self._old: Way | None = None
+        self._new: Way | None = None
+        self._off_rad = 0.0
+        self._moved = 0.0, 0.0
+        self.acts.append(self._watch)
+
+    def _places(self) -> dict[str, Pose]:
+        return {**super()._places(), _BEFORE: self._before}
+
+    def _sets_out(self) -> None:
+        chair = self.chair
+        chair.page.choose(chair.tiles[_BEFORE])
+        self._waits(lambda: False, _DRIVES_MS)
+        self._old = self._way()
+        twin = chair.world.chair
+        self._moved = twin.speed_m_s, twin.yaw_rate_deg_s
+        super()._sets_out()
+
+    def _way(self) -> Way | None:
+        """The path that the chair follows now."""
+        mission = self.chair.mission
+        return None if mission is None else mission.way
+
+    def _watch(self) -> None:
+        if not self.pressed_ms or self.moves_after_s < math.inf or self.since_s > _LATEST_S:
+            return
+        way, twin = self._way(), self.chair.world.chair
+        if way is None or way is self._old:
+            return
+        if way is not self._new:
+            self._new, self._off_rad = way, off_rad(way, math.radians(twin.heading_deg))
+            self.how = self.how or class_of(way, self._off_rad, *self._moved)
+        if obeys(way, self._off_rad, twin.speed_m_s, twin.yaw_rate_deg_s):
+            self.moves_after_s = self.since_s
+
+
+def off_rad(way: Way, heading_rad: float) -> float:
+    """Angle, left positive, from the chair's heading to the path's first one."""
+    a, b = way.points_m[:2]
+    first = math.atan2(b[1] - a[1], b[0] - a[0]) + (math.pi if way.backward else 0.0)
+    if math.dist(a, b) < 0.03 and way.heading_rad is not None:
+        first = way.heading_rad
+    return math.remainder(first - heading_rad, 2.0 * math.pi)
+
+
+def obeys(way: Way, off: float, speed_m_s: float, rate_deg_s: float) -> bool:
+    """Whether the chair truly moves as the path begins: turning to it, or along it."""
+    if abs(off) > _STRAIGHT_RAD:
+        return math.copysign(1.0, off) * rate_deg_s > MOVES_DEG_S
+    return (-speed_m_s if way.backward else speed_m_s) > MOVES_M_S
+
+
+def class_of(way: Way, off: float, speed_m_s: float, rate_deg_s: float) -> str:
+    """What the path asks of a chair that moves like this."""
+    if abs(off) > _STRAIGHT_RAD and math.copysign(1.0, off) * rate_deg_s > MOVES_DEG_S:
+        return ROLLS_ON
+    if speed_m_s > _ROLLS_M_S and abs(off) < _AHEAD_RAD and not way.backward:
+        return ROLLS_ON
+    if abs(speed_m_s) > _ROLLS_M_S or abs(rate_deg_s) > MOVES_DEG_S:
+        return STOPS
+    return TURNS if abs(off) > _STRAIGHT_RAD else STARTS
+
+
+def floor_s(profile: str, how: str) -> float:
+    """Seconds of the chair alone from the stick to that motion, as gently as it is driven."""
+    values = {row[0]: getattr(settings_with({}), row[0]) for row in TABLE}
+    full = {"profile": PROFILES.index(profile), "linear_permille": 1000, "turn_permille": 1000}
+    numbers = ChairNumbers.of({**values, **full})
+    chair = Chair(profile)
+    chair.step(_TICK_S, (0.0, 0.0))
+    begins = {ROLLS_ON: (numbers.most_m_s, 0.0), STOPS: (numbers.most_m_s, -17.5)}.get(how, (0, 0))
+    stick = numbers.linear_permille(begins[0]), numbers.turn_permille(begins[1])
+    for _ in range(round(_SETTLES_S / _TICK_S)):
+        chair.step(_TICK_S, (stick[0] / 1000.0, stick[1] / 1000.0))
+    speed = acceleration = at_s = 0.0
+    rate = math.degrees(RATE_RAD_S)
+    while at_s < _SETTLES_S:
+        acceleration = min(ACCELERATE_M_S2, acceleration + JERK_M_S3 * _TICK_S)
+        speed += acceleration * _TICK_S
+        linear, turn = {
+            ROLLS_ON: (stick[0], numbers.turn_permille(rate)),
+            STARTS: (numbers.linear_permille(speed), 0),
+        }.get(how, (0, numbers.spot_permille))
+        chair.step(_TICK_S, (linear / 1000.0, turn / 1000.0))
+        at_s += _TICK_S
+        if chair.speed_m_s > MOVES_M_S if how == STARTS else chair.yaw_rate_deg_s > MOVES_DEG_S:
+            break
+    return at_s
