@@ -102,8 +102,9 @@ export class ChairSettings {
       const choices = field.choices?.map((word, value) => [value, word]);
       return row(this.#strings, name, choices ? { choices } : field, field.value, async (value) => {
         const body = JSON.stringify({ set: { [name]: Number(value) } });
-        // Refused: show the value in force again.
-        if (!(await this.#ask({ method: "POST", headers: JSON_TYPE, body }))) this.#show(settings);
+        const stored = await this.#ask({ method: "POST", headers: JSON_TYPE, body });
+        // Refused: show what is in force, as far as that is known.
+        if (!stored && !(await this.load())) this.#show(settings);
       });
     });
     draw(this.#root, "chair", rows);

@@ -3,7 +3,7 @@
 import pytest
 
 from patience import wait_until
-from webperson import CARETAKER, Driver
+from webperson import CARETAKER, SETTINGS, Driver
 
 pytestmark = pytest.mark.browser
 
@@ -43,7 +43,15 @@ def test_a_refused_setting_says_why_and_shows_what_is_in_force(caretaker, host):
     host.replies["POST /settings"] = 409, {"reason": "setting_while_armed", "detail": ""}
     change(caretaker, "step_forward_ms", "1.5")
     wait_until(lambda: "rijden aan staat" in caretaker.text("#banner"), "the reason")
-    assert caretaker.page.locator("[name=step_forward_ms]").input_value() == "2"
+    shown = caretaker.page.locator("[name=step_forward_ms]")
+    wait_until(lambda: shown.input_value() == "2", "what is in force")
+    # Set, but not stored.
+    row = {**SETTINGS["step_forward_ms"], "value": 1200}
+    host.replies["GET /settings"] = 200, {"settings": {**SETTINGS, "step_forward_ms": row}}
+    host.replies["POST /settings"] = 507, {"reason": "setting_not_stored", "detail": ""}
+    change(caretaker, "step_forward_ms", "1.2")
+    wait_until(lambda: "niet bewaard" in caretaker.text("#banner"), "the reason")
+    wait_until(lambda: shown.input_value() == "1.2", "what is in force")
 
 
 def test_a_number_that_is_emptied_is_not_0(caretaker, host):
