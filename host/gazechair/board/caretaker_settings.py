@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -74,11 +75,22 @@ class CaretakerSettings:
             if state is not None and state.faults >> codes.CALIBRATION & 1:
                 raise SettingsRefused("setting_by_calibration", "calibrate the joystick first")
             changes += self._step(wishes)
+            if changes:
+                self._store(changes)
+            return self._read()
+
+    def _store(self, changes: list[tuple[int, int]]) -> None:
+        """Set and save; what is not stored is set back, so that it does not stay in force."""
+        before = [(index, self._ask(codes.SETTING_GET, index)) for index, _ in changes]
+        try:
             for index, value in changes:
                 self._ask(codes.SETTING_SET, index, value)
-            if changes:
-                self._ask(codes.SETTING_SAVE)
-            return self._read()
+            self._ask(codes.SETTING_SAVE)
+        except SettingsRefused:
+            for index, value in reversed(before):
+                with contextlib.suppress(SettingsRefused):  # told already; the page reads them again
+                    self._ask(codes.SETTING_SET, index, value)
+            raise
 
     def _step(self, wishes: dict[str, Any]) -> list[tuple[int, int]]:
         """Keep the length of a step forward in another profile, or with another output."""

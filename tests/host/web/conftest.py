@@ -109,6 +109,8 @@ class FakeBoard:
         self.values = [row[1] for row in TABLE]
         self.saved: list[int] = []
         self.refuse = 0
+        self.refused: dict[tuple[int, int], int] = {}
+        """{(request, index): why that one alone is refused}."""
 
     def state(self) -> BoardState | None:
         if not self.connected:
@@ -119,11 +121,13 @@ class FakeBoard:
     def setting(
         self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
     ) -> SettingReply | None:
+        if found := self.refused.get((request, index), self.refuse):
+            return SettingReply(request, index, self.values[index], found)
         if request == codes.SETTING_SET:
             self.values[index] = value
         elif request == codes.SETTING_SAVE:
             self.saved = list(self.values)
-        return SettingReply(request, index, self.values[index], self.refuse)
+        return SettingReply(request, index, self.values[index], 0)
 
 
 class FakeAlerts:

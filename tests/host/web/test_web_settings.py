@@ -12,6 +12,7 @@ from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
 
 LINEAR = index_of("linear_permille")
+STEP = index_of("step_forward_ms")
 
 
 @pytest.fixture
@@ -89,6 +90,22 @@ def test_the_board_has_the_last_word(caretaker: Any, board: Any) -> None:
     board.refuse = codes.SETTING_NOT_STORED
     found, _, answer = caretaker.post("/settings", {"set": {"linear_permille": 400}})
     assert (found, answer["reason"]) == (507, "setting_not_stored")
+
+
+@pytest.mark.parametrize(
+    "refused",
+    [(codes.SETTING_SAVE, 0), (codes.SETTING_SET, STEP)],
+    ids=["not stored", "the second one"],
+)
+def test_what_is_not_stored_does_not_stay_in_force(
+    caretaker: Any, board: Any, refused: tuple[int, int]
+) -> None:
+    before = list(board.values)
+    board.refused[refused] = codes.SETTING_NOT_STORED
+    wish = {"set": {"linear_permille": 1000, "step_forward_ms": 1000}}
+    found, _, answer = caretaker.post("/settings", wish)
+    assert (found, answer["reason"]) == (507, "setting_not_stored")
+    assert board.values == before
 
 
 def test_without_a_board_it_says_so(caretaker: Any, board: Any) -> None:
