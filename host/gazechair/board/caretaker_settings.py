@@ -88,7 +88,7 @@ class CaretakerSettings:
             self._ask(codes.SETTING_SAVE)
         except SettingsRefused:
             for index, value in reversed(before):
-                with contextlib.suppress(SettingsRefused):  # told already; the page reads them again
+                with contextlib.suppress(SettingsRefused):  # told already; the page reads again
                     self._ask(codes.SETTING_SET, index, value)
             raise
 
