@@ -183,10 +183,10 @@ def test_nothing_on_the_drivers_page_moves(page, host, language):
     page.locator("#tile-2").click()
     wait_until(lambda: person.text("#eyes-left"), "the eye test")
     life.look("the eye test")
-    for _ in range(54):
+    for _ in range(80):
         person.state()
         person.look((0.5, 0.5))
-        person.run_for(450)
+        person.run_for(300)
     life.look("tested")
     page.locator("#back").click()
     page.locator("#tile-1").click()

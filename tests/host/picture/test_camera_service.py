@@ -11,11 +11,10 @@ from collections.abc import Callable, Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
-from gazechair.picture.camera.errors import CameraError
 
 from gazechair.base.health import Health
 from gazechair.config.configuration import CameraConfig
-from gazechair.picture.camera import CameraService, http_stream
+from gazechair.picture.camera import CameraError, CameraService, http_stream
 
 LONG_S = 60.0
 

@@ -41,7 +41,7 @@ def test_a_recording_becomes_a_mask(
     assert "there already" in capsys.readouterr().err
 
     (tmp_path / "chair.toml").write_text(f'[lidar]\nkind = "replay"\nfile = "{scan}"\n')
-    assert cli.main(["lidar", "mask", "--seconds", "2.5", "--config", setup]) == 0
+    assert cli.main(["lidar", "mask", "--seconds", "5", "--config", setup]) == 0
     said = capsys.readouterr().out
     assert "the chair itself at 124..-124 degrees" in said
     line = next(line for line in said.splitlines() if line.startswith("mask"))
