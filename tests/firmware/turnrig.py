@@ -136,7 +136,7 @@ class Hold:
         self.asked = []
 
     def update(self, error_q4, rate_q4):
-        self.asked.append((error_q4, rate_q4))
+        self.asked.append((error_q4, rate_q4, dt_ms))
         return self.out
 
 
