@@ -135,7 +135,7 @@ class Hold:
         self.out = 0
         self.asked = []
 
-    def update(self, error_q4, rate_q4):
+    def update(self, error_q4, rate_q4, dt_ms):
         self.asked.append((error_q4, rate_q4, dt_ms))
         return self.out
 
