@@ -280,15 +280,17 @@ class Facts:
 
     # -- what follows
 
-    def late(self, limit_ms: int, now: int, slow_permille: int = 50) -> int:
-        """A limit by the world's clock, in us: ages may run slow by this share when ticks do."""
+    def late(self, limit_ms: int, now: int) -> int:
+        """A limit by the world's clock: ages may run slow by 5 % when ticks do."""
         if now - self.slow_us > 2_000_000:
             return limit_ms * MS
-        return limit_ms * (1000 + slow_permille) + self.period_us
+        return limit_ms * 1050 + self.period_us
 
     def lasted(self, limit_ms: int, now: int) -> int:
         """The same of a step's time, in which all that passes without ticks counts but 0.5 %."""
-        return self.late(limit_ms, now, 5)
+        if now - self.slow_us > 2_000_000:
+            return limit_ms * MS
+        return limit_ms * 1005 + self.period_us
 
     def fall(self, promise: str, why: str, at: int) -> None:
         """The chair is disarmed by this; the enable line may not change in tick `at` or later."""
