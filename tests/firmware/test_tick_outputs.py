@@ -12,7 +12,7 @@ from gazeboard.core.motion import Motion
 from gazeboard.io import joystick
 from gazeboard.io.settings import Settings
 from gazeboard.io.telemetry import Telemetry
-from gazeboard.turning.pd import PD
+from gazeboard.turning.pid import PD
 from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 from gazelink.messages import HEADER_SIZE
@@ -178,7 +178,7 @@ def test_a_heading_is_held_once_a_sample_as_if_in_every_tick() -> None:
         if rng.random() < 0.3:
             heading_q4 = (kept_q4 + rng.randint(-40, 40)) % 5760
             rate_q4 = rng.randint(-20, 20)
-        out = gains.update(wrapped(kept_q4 - heading_q4), rate_q4)
+        out = gains.update(wrapped(kept_q4 - heading_q4), rate_q4, 1)
         holds = abs(out) >= (6 if holds else 16)
         if not holds:
             out = 0

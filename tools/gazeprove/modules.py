@@ -28,7 +28,7 @@ _CORE = (
     "tilt",
     "tick_clock",
 )
-_TURNING = ("pd", "slope", "small_moves", "stop_plan", "casters", "chair_model", "turn")
+_TURNING = ("pid", "slope", "small_moves", "stop_plan", "casters", "chair_model", "turn")
 MODULES = {
     **{name: f"gazeboard.core.{name}" for name in _CORE},
     **{name: f"gazeboard.turning.{name}" for name in _TURNING},

@@ -10,7 +10,7 @@ from gazeboard.core.angle import wrapped
 from gazeboard.core.limits import HEADING_TURN_Q4_DEG
 from gazeboard.turning.casters import Casters
 from gazeboard.turning.chair_model import ChairModel
-from gazeboard.turning.pd import PD
+from gazeboard.turning.pid import PD
 from gazeboard.turning.slope import Slope
 from gazeboard.turning.small_moves import SmallMoves
 from gazeboard.turning.stop_plan import StopPlan
@@ -169,7 +169,7 @@ class TurnController:
             return self._held
         self._held_q4 = heading_q4
         self._held_rate_q4 = rate_q4
-        out = self._hold_update(wrapped(self._setpoint_q4 - heading_q4), rate_q4)
+        out = self._hold_update(wrapped(self._setpoint_q4 - heading_q4), rate_q4, 1)
         size = abs(out)
         if size < (_HOLD_OFF if self._holds else _HOLD_ON):
             self._holds = False

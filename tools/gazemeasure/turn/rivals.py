@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 from gazeboard.core.limits import WIPER_NEUTRAL
 from gazeboard.io.joystick import counts
+from gazeboard.turning.pid import PID
 from gazemeasure.turn.judge import Turn
 from gazemeasure.turn.run import WARM_MS, Bench, recorded
 from gazesim.chair import Chair
 from gazesim.imu_model import Imu
 from gazetwin.prototype import PUBLISHED, Prototype, Reading
-
-_FULL_PERMILLE = 1000
 
 
 class Rival(ABC):
@@ -69,7 +68,7 @@ class PrototypeTurn(Rival):
 
 @dataclass(frozen=True)
 class PlainGains:
-    """Gains of a PlainPid: permille per degree, per degree second, per degree/s; sixteenths."""
+    """Gains of `turning.pid`: permille per degree, per degree second, per degree/s; sixteenths."""
 
     kp_q4: int
     ki_q4: int
@@ -78,27 +77,8 @@ class PlainGains:
     """Within this distance of the setpoint the output is neutral, 1/16 degree."""
 
 
-class PlainPid:
-    """A textbook PID: integral clamped to full deflection, and not wound up by a full output."""
-
-    def __init__(self, gains: PlainGains) -> None:
-        self._gains = gains
-        self._integral_permille = 0.0
-
-    def update(self, error_q4: int, rate_q4: int) -> int:
-        """Output in permille for one ms; `rate_q4`: the measured rate, 1/16 degree/s."""
-        g = self._gains
-        out = g.kp_q4 * error_q4 / 256 - g.kd_q4 * rate_q4 / 256
-        integral = self._integral_permille + g.ki_q4 * error_q4 / 256_000
-        integral = max(-_FULL_PERMILLE, min(_FULL_PERMILLE, integral))
-        if abs(out + integral) < _FULL_PERMILLE or (integral > 0) != (error_q4 > 0):
-            self._integral_permille = integral
-        out += self._integral_permille
-        return round(max(-_FULL_PERMILLE, min(_FULL_PERMILLE, out)))
-
-
 class PlainTurn(Rival):
-    """A PID on the heading error only, every ms."""
+    """A PID on the heading error only; the board's own PID, every ms."""
 
     def __init__(self, gains: PlainGains) -> None:
         super().__init__()
@@ -107,14 +87,15 @@ class PlainTurn(Rival):
     def start(self, angle_deg: float) -> None:
         """See Rival."""
         super().start(angle_deg)
-        self._pid = PlainPid(self._gains)
+        g = self._gains
+        self._pid = PID(g.kp_q4, g.ki_q4, g.kd_q4)
 
     def tick(self) -> None:
         """See turn_run.Controller."""
         if not self.running:
             return
         error_q4 = self._setpoint_q4 - self._turned_q4
-        out = self._pid.update(error_q4, self._rate_q4)
+        out = self._pid.update(error_q4, self._rate_q4, 1)
         if abs(error_q4) <= self._gains.cutoff_q4:
             out = 0
         self.count = counts(out, WIPER_NEUTRAL)
