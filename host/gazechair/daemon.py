@@ -22,12 +22,12 @@ from gazechair.board.link import BoardLink
 from gazechair.board.zone import BoardZone
 from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
+from gazechair.driving.error_handler import FIRST_DRIVE
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
-from gazechair.first_drive.record import PART as FIRST_DRIVE
 from gazechair.first_drive.record import Record
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.camera import CameraService

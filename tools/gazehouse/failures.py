@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -201,7 +200,6 @@ def render() -> str:
     silent = [
         ("plug-in" if name == PLUGIN else name, f"{part.silent_s:g} s")
         for name, part in PARTS.items()
-        if math.isfinite(part.silent_s)
     ]
     parts.append(table(("Part", "After"), silent))
     return "\n\n".join(parts) + "\n"

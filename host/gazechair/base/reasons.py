@@ -5,7 +5,6 @@ The sentences are in web/strings/, under the same keys; docs/when-it-fails.md sh
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -44,7 +43,6 @@ class Part:
 _MUST = {STARTING: codes.WARNING, DEGRADED: codes.WARNING, LOST: codes.ERROR}
 _NOTES: Mapping[str, int] = {}
 _MAY = {DEGRADED: codes.WARNING, LOST: codes.WARNING}
-_FILE = Part(math.inf, {DEGRADED: codes.WARNING}, caretaker_only=True)
 
 PLUGIN = "plugin"
 
@@ -60,9 +58,6 @@ PARTS: Mapping[str, Part] = {
     "log": Part(3.0, _MAY, caretaker_only=True),
     "alerts": Part(3.0, _NOTES),  # the pages show its deliveries
     PLUGIN: Part(1.0, _NOTES),  # the pages show each with its own health
-    # Files of what caretakers do, which cannot fall silent.
-    "speed_cap": _FILE,
-    "first_drive": _FILE,
 }
 
 

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gazechair.base.health import HealthState
-from gazechair.base.reasons import NOTE, PARTS, REASONS
+from gazechair.base.reasons import DEGRADED, NOTE, PARTS, REASONS, Part
 from gazechair.board.state import BoardState
+from gazechair.driving.speed_cap_store import PART as SPEED_CAP
 from gazelink import codes
 
 LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
 
+FIRST_DRIVE = "first_drive"
+"""Part of the host's health: the file with the results of the first drive."""
+
+# Files of what caretakers do: no sources that can fall silent, as PARTS are.
+_FILE = Part(math.inf, {DEGRADED: codes.WARNING}, caretaker_only=True)
+_SHOWN = {**PARTS, SPEED_CAP: _FILE, FIRST_DRIVE: _FILE}
+
 # {(part, health state): severity}
 _PARTS = {
     (name, state): severity
-    for name, part in PARTS.items()
+    for name, part in _SHOWN.items()
     for state, severity in part.severity.items()
 }
 
@@ -59,7 +68,7 @@ def of_board(state: BoardState) -> list[Problem]:
 def of_parts(parts: dict[str, HealthState]) -> list[Problem]:
     """The problems that follow from the parts' health."""
     return [
-        Problem(part.reason, _PARTS[name, part.state], PARTS[name].caretaker_only)
+        Problem(part.reason, _PARTS[name, part.state], _SHOWN[name].caretaker_only)
         for name, part in parts.items()
         if (name, part.state) in _PARTS
         and (part.reason not in REASONS or REASONS[part.reason].severity > NOTE)

@@ -18,11 +18,11 @@ from gazechair.base.health import Health
 from gazechair.base.state_folder import replace_file
 from gazechair.config.configuration import LidarConfig
 from gazechair.config.rules import Arc, arcs
+from gazechair.driving.error_handler import FIRST_DRIVE
 from gazechair.driving.speed_cap_store import NOT_STORED
 from gazechair.sensing.lidar.mask import MOST_DEG
 
 FILE_NAME = "first_drive.json"
-PART = "first_drive"  # of the host's health
 
 _ARCS = arcs(MOST_DEG)  # as the configuration's
 
@@ -34,7 +34,7 @@ class Record:
 
     def __init__(self, folder: Path | None, health: Health | None = None) -> None:
         """`folder` None: kept in memory only; `health`: degraded while results are not stored."""
-        self._health = health or Health(PART)
+        self._health = health or Health(FIRST_DRIVE)
         self._health.set(states.OK)
         self._path = None if folder is None else folder / FILE_NAME
         self._found: dict[str, Any] = {}

@@ -11,7 +11,7 @@ import pytest
 from gazechair.base.health import HealthRegistry
 from gazechair.config.configuration import LidarConfig
 from gazechair.driving import error_handler
-from gazechair.first_drive.record import FILE_NAME, PART, Record, fitted_as
+from gazechair.first_drive.record import FILE_NAME, Record, fitted_as
 
 LIDAR = LidarConfig(kind="s2", name="front", x_m=0.5)
 MASK = {"front": {"fitted": fitted_as(LIDAR), "mask": [[120.0, -120.0]]}}
@@ -57,7 +57,7 @@ def test_a_damaged_mask_does_not_count(tmp_path: Path) -> None:
 def test_a_full_disk_keeps_it_until_the_end_and_the_caretaker_is_told(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("in the way")
     parts = HealthRegistry()
-    record = Record(tmp_path / "state", parts.part(PART))
+    record = Record(tmp_path / "state", parts.part(error_handler.FIRST_DRIVE))
 
     def shown() -> list[tuple[str, bool]]:
         problems = error_handler.of_parts(parts.states())

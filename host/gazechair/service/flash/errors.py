@@ -1,9 +1,7 @@
-"""The error of flashing, raised by any of its parts."""
+"""Errors of flashing."""
 
 from __future__ import annotations
 
-from gazechair.base.told import ToldError
 
-
-class FlashError(ToldError):
+class FlashError(Exception):
     """Flashing cannot continue; the text is one line: what, where, what to do."""
