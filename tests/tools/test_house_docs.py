@@ -43,7 +43,7 @@ def test_a_comment_beside_or_above_is_the_meaning() -> None:
 
 def test_a_string_below_or_a_comment_of_a_script_is_the_meaning() -> None:
     host = {(n.file.name, n.name): n.meaning for n in numbers.host_timings()}
-    assert host["chair_numbers.py", "CAP_M_S"].startswith("Highest speed at which")
+    assert host["feed.py", "HEADING_LATE_S"].startswith("Age of a heading")
     assert host["bends.py", "MOST_M"].startswith("Shortest and longest tangent")
     pages = {(n.file.name, n.name): n.meaning for n in numbers.page_timings()}
     assert pages["socket.js", "LOST_MS"].startswith("No message from the host for this long")
