@@ -56,7 +56,7 @@ class Turns:
         At once are `at_once` of each `kind`: work that waits, for a disk or the board, holds up
         no other kind. The share is of all kinds together.
         """
-        free = self._free.setdefault(kind, threading.BoundedSemaphore(self._at_once))
+        free = self._free.get(kind) or self._of_kind(kind)
         if not free.acquire(timeout=limit_s):
             raise Crowded
         try:
@@ -67,6 +67,9 @@ class Turns:
         finally:
             self.bill()
             free.release()
+
+    def _of_kind(self, kind: str) -> threading.BoundedSemaphore:
+        return self._free.setdefault(kind, threading.BoundedSemaphore(self._at_once))
 
     def bill(self) -> None:
         """Bill the calling thread's processor time since its last bill, or since it began."""
