@@ -10,7 +10,7 @@ from typing import Any
 
 from gazechair.alerts.watch import Situation
 from gazechair.base import health as states
-from gazechair.base.health import HealthRegistry
+from gazechair.base.health import HealthRegistry, HealthState
 from gazechair.base.latest_value import Clock
 from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
 from gazechair.board.state import BoardLimits, BoardState
@@ -177,7 +177,7 @@ class Control:
     def situation(self) -> Situation:
         """What may be a reason to call somebody now."""
         with self._lock:
-            now_s = self._clock()
+            now_s, parts = self._clock(), self._parts.states()
             state = self._link.state()
             armed = state is not None and state.state == codes.ARMED
             command = self._arbiter.command
@@ -189,10 +189,10 @@ class Control:
                 command.verb != codes.STOP and command.ttl_deadline_s > now_s,
                 state is not None and armed and state.override != codes.NO_REASON,
                 state is not None and state.motion != codes.STOPPED,
-                frozenset(problem.key for problem in self._problems(state, now_s)),
+                frozenset(problem.key for problem in self._problems(parts, state, now_s)),
                 {
                     name: part.detail or part.reason
-                    for name, part in self._parts.states().items()
+                    for name, part in parts.items()
                     if part.state == states.LOST and name not in ("board", "lidar", "camera")
                 },
             )
@@ -258,7 +258,7 @@ class Control:
             return {
                 "k": "state",
                 "token": self._arbiter.tokens.token(now_s),
-                **self._facts(state, now_s),
+                **self._facts(self._parts.states(), state, now_s),
                 **shown(self._clearance, now_s, self._clearance_old_s()),
                 "level": verdict.level,
                 "message": verdict.message,
@@ -320,11 +320,12 @@ class Control:
     def _refresh(self, now_s: float) -> None:
         state = self._hear_board(now_s)
         self._tell_board()
-        problems = self._problems(state, now_s)
+        parts = self._parts.states()
+        problems = self._problems(parts, state, now_s)
         told = [problem for problem in problems if not problem.caretaker_only]
         self._verdicts = self._errors[0].fold(problems, now_s), self._errors[1].fold(told, now_s)
         shown = (
-            self._facts(state, now_s),
+            self._facts(parts, state, now_s),
             # Sources of what each page is told of its own, and of `welcome`.
             self._verdicts,
             self._arbiter.owner,
@@ -333,16 +334,18 @@ class Control:
             self._arbiter.bypass is None,
             self._limits,
             tuple(self._tiles),
-            tuple(part.state for part in self._parts.states().values()),
+            tuple(part.state for part in parts.values()),
         )
         if shown != self._shown:
             self._shown = shown
             self._version += 1
             self._lock.notify_all()
 
-    def _facts(self, state: BoardState | None, now_s: float) -> Message:
+    def _facts(
+        self, parts: dict[str, HealthState], state: BoardState | None, now_s: float
+    ) -> Message:
         """Part of a snapshot that is the same for all pages, and that they get once it changes."""
-        parts, help_call = self._parts.states(), self._arbiter.help
+        help_call = self._arbiter.help
         return {
             **board_words(state),
             **{name: parts[name].state for name in ("board", "lidar", "camera")},
@@ -362,11 +365,12 @@ class Control:
         reached = self._alerts is not None and self._alerts.reaches_somebody()
         return reached or self._arbiter.somebody_hears(now_s)
 
-    def _problems(self, state: BoardState | None, now_s: float) -> list[error_handler.Problem]:
+    def _problems(
+        self, parts: dict[str, HealthState], state: BoardState | None, now_s: float
+    ) -> list[error_handler.Problem]:
         clearance, silent = self._clearance, self._arbiter.page_silent
         age_s = None if clearance is None else now_s - clearance.acquired_s
-        camera_s = self._picture_age_s()
-        return error_handler.of_host(self._parts.states(), state, age_s, camera_s, silent)
+        return error_handler.of_host(parts, state, age_s, self._picture_age_s(), silent)
 
     def _tell_board(self) -> None:
         # Orders first: nothing may move between the decision to disarm and its order.
