@@ -315,8 +315,7 @@ class Supervisor:
                 try:
                     newest, ended = self._read_records(child, fd)
                     if newest is not None:
-                        child.delivered = True
-                        child.explained = False
+                        child.delivered, child.explained = True, False
                         deadline_s = time.monotonic() + self._silent_s
                         self._on_data(newest)
                 except Exception as error:  # whatever it sends, the next child is started

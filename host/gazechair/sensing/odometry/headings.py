@@ -7,6 +7,7 @@ beams in a turn would be off by some tenths of a degree.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +20,17 @@ _BEYOND_S = 0.1  # how long it is assumed to continue its turn
 _APART_S = 0.12  # headings further apart do not tell the turn between them
 _NEAR_S = 0.05  # a turn that just begins is off by a sixth of a degree after it
 _STEADY_S = 0.25  # after a break headings are interpolated across it at first
+
+
+@dataclass(frozen=True)
+class Heading:
+    """The heading of the board's sensor at the middle of a piece."""
+
+    rad: float
+    turned: FloatArray  # radians from there, at each beam of the piece
+    known: bool
+    exact: bool  # enough to judge the lidars by
+    yaw_deg_s: float
 
 
 class Breaks:

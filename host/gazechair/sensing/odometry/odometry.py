@@ -16,7 +16,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, Seen, is_corridor
-from gazechair.sensing.odometry.headings import Breaks, beyond, is_exact, rate_rad_s
+from gazechair.sensing.odometry.headings import Breaks, Heading, beyond, is_exact, rate_rad_s
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
     ERROR,
@@ -96,17 +96,6 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class _Heading:
-    """The heading of the board's sensor at the middle of a piece."""
-
-    rad: float
-    turned: FloatArray  # radians from there, at each beam of the piece
-    known: bool
-    exact: bool  # enough to judge the lidars by
-    yaw_deg_s: float
-
-
-@dataclass(frozen=True)
 class _Fitted:
     """A piece, fitted to the surfaces seen before."""
 
@@ -180,7 +169,7 @@ class Odometry:
             self._begin_afresh()
         return estimate
 
-    def _heading_at(self, piece: Piece) -> _Heading:
+    def _heading_at(self, piece: Piece) -> Heading:
         """What the board's sensor says of the time of the piece; without a report: as before."""
         at_s = piece.middle_s
         times, headings = self._reports.headings()
@@ -190,9 +179,9 @@ class Odometry:
             rad = float(np.interp(at_s, *onward))
             turned = np.interp(piece.times_s, *onward) - rad
         known, exact = len(times) > 0 and at_s - times[-1] < OLD_S, is_exact(at_s, times)
-        return _Heading(rad, turned, known, exact, math.degrees(rate_rad_s(at_s, times, headings)))
+        return Heading(rad, turned, known, exact, math.degrees(rate_rad_s(at_s, times, headings)))
 
-    def _fit(self, piece: Piece, sensor: _Heading, steady: bool) -> _Fitted:
+    def _fit(self, piece: Piece, sensor: Heading, steady: bool) -> _Fitted:
         """Predict the motion until the piece, and correct it by the surfaces seen before."""
         at_s, heading = piece.middle_s, sensor.rad
         state, covariance = self._predict(at_s, heading, steady)
@@ -204,7 +193,7 @@ class Odometry:
         ) or self._repeats(at_s, found)
         return _Fitted(points, normals, found, old_or_turned)
 
-    def _seen(self, piece: Piece, sensor: _Heading, fitted: _Fitted, judges: bool) -> Seen:
+    def _seen(self, piece: Piece, sensor: Heading, fitted: _Fitted, judges: bool) -> Seen:
         """What the doubts are judged by, after the state has taken the piece in."""
         at_s, yaw, found = piece.middle_s, sensor.yaw_deg_s, fitted.fit
         return Seen(
