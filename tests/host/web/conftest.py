@@ -17,10 +17,9 @@ import pytest
 import simple_websocket
 from wsproto.utilities import LocalProtocolError
 
+from fakeboard import FakeBoard
 from gazechair.base.latest_value import Latest
 from gazechair.board.caretaker_settings import CaretakerSettings
-from gazechair.board.events import SettingReply
-from gazechair.board.state import BoardState
 from gazechair.config.configuration import Config, WebConfig
 from gazechair.people.pairing import Paired, PairingDesk
 from gazechair.picture.camera import Frame
@@ -30,8 +29,6 @@ from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.web import WebServer, control_sockets, files, page_client
 from gazechair.web.places import Place
-from gazelink import codes
-from gazelink.settings_table import TABLE
 
 LONG_S = 20.0
 
@@ -97,37 +94,6 @@ class FakePort:
 
     def kinds(self) -> list[str]:
         return [message["k"] for _, message in self.received]
-
-
-class FakeBoard:
-    """The link to a board that keeps settings; `connected` False: it does not answer."""
-
-    def __init__(self) -> None:
-        self.connected = True
-        self.armed = False
-        self.faults = 0
-        self.values = [row[1] for row in TABLE]
-        self.saved: list[int] = []
-        self.refuse = 0
-        self.refused: dict[tuple[int, int], int] = {}
-        """{(request, index): why that one alone is refused}."""
-
-    def state(self) -> BoardState | None:
-        if not self.connected:
-            return None
-        state = codes.ARMED if self.armed else 0
-        return BoardState(state, *[0] * 4, self.faults, 0.0, 0, 0, 0, 0, 0, 0.0)
-
-    def setting(
-        self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
-    ) -> SettingReply | None:
-        if found := self.refused.get((request, index), self.refuse):
-            return SettingReply(request, index, self.values[index], found)
-        if request == codes.SETTING_SET:
-            self.values[index] = value
-        elif request == codes.SETTING_SAVE:
-            self.saved = list(self.values)
-        return SettingReply(request, index, self.values[index], 0)
 
 
 class FakeAlerts:

@@ -87,7 +87,7 @@ def test_without_a_measured_neutral_nothing_changes(caretaker: Any, board: Any) 
 
 
 def test_the_board_has_the_last_word(caretaker: Any, board: Any) -> None:
-    board.refuse = codes.SETTING_NOT_STORED
+    board.refuses = lambda *_: codes.SETTING_NOT_STORED
     found, _, answer = caretaker.post("/settings", {"set": {"linear_permille": 400}})
     assert (found, answer["reason"]) == (507, "setting_not_stored")
 
@@ -101,7 +101,7 @@ def test_what_is_not_stored_does_not_stay_in_force(
     caretaker: Any, board: Any, refused: tuple[int, int]
 ) -> None:
     before = list(board.values)
-    board.refused[refused] = codes.SETTING_NOT_STORED
+    board.refuses = lambda *asked: codes.SETTING_NOT_STORED if asked == refused else 0
     wish = {"set": {"linear_permille": 1000, "step_forward_ms": 1000}}
     found, _, answer = caretaker.post("/settings", wish)
     assert (found, answer["reason"]) == (507, "setting_not_stored")

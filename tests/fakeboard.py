@@ -1,0 +1,39 @@
+"""The link to a board that keeps settings, for tests without a board."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gazechair.board.events import SettingReply
+from gazechair.board.state import BoardState
+from gazelink import codes
+from gazelink.settings_table import TABLE
+
+
+class FakeBoard:
+    """The link to a board that keeps settings; `connected` False: it does not answer."""
+
+    def __init__(self) -> None:
+        self.connected = True
+        self.armed = False
+        self.faults = 0
+        self.values = [row[1] for row in TABLE]
+        self.saved: list[int] = []
+        self.refuses: Callable[[int, int], int] = lambda _request, _index: 0
+
+    def state(self) -> BoardState | None:
+        if not self.connected:
+            return None
+        return BoardState(
+            codes.ARMED if self.armed else 0, *[0] * 4, self.faults, 0.0, 0, 0, 0, 0, 0, 0.0
+        )
+
+    def setting(
+        self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
+    ) -> SettingReply | None:
+        refused = self.refuses(request, index)
+        if request == codes.SETTING_SET and not refused:
+            self.values[index] = value
+        elif request == codes.SETTING_SAVE and not refused:
+            self.saved = list(self.values)
+        return SettingReply(request, index, self.values[index], refused)
