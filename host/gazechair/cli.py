@@ -17,7 +17,6 @@ import sys
 import threading
 from collections.abc import Sequence
 from importlib.metadata import entry_points
-from pathlib import Path
 
 from gazechair.alerts import command as alert
 from gazechair.base.told import ToldError
@@ -67,12 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run the host: board, lidar, camera, driver's page")
-    run.add_argument(
-        "--config",
-        type=Path,
-        metavar="FILE",
-        help="configuration file (default: the one that $GAZECHAIR_CONFIG names, or none)",
-    )
+    configuration.add_option(run)
     run.set_defaults(act=_run)
     for command in _COMMANDS:
         command.add(commands)

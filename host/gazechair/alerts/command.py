@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import threading
 import time
-from pathlib import Path
 from typing import Any
 
 from gazechair.alerts import apprise_route
@@ -30,9 +29,7 @@ def add(commands: Any) -> None:
     test.set_defaults(act=_test)
     listed.set_defaults(act=_list)
     for command in (test, listed):
-        command.add_argument(
-            "--config", type=Path, metavar="FILE", help="the configuration of gazechair run"
-        )
+        configuration.add_option(command)
 
 
 def _test(options: argparse.Namespace) -> int:

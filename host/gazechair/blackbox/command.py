@@ -23,9 +23,7 @@ def add(commands: Any) -> None:
     exported.add_argument("--format", choices=("jsonl", "csv"), default="jsonl")
     exported.add_argument("--topic", help="only this one, for example /board/state")
     for command in (listed, shown, exported):
-        command.add_argument(
-            "--config", type=Path, metavar="FILE", help="the configuration of gazechair run"
-        )
+        configuration.add_option(command)
     for command in (shown, exported):
         command.add_argument(
             "file", nargs="?", help="number, name or path of a file (default: the newest)"

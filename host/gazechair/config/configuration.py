@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import ipaddress
 import os
 import re
@@ -240,6 +241,12 @@ def file_in_use(path: Path | None) -> Path | None:
     """`path`, or when it is None the file that $GAZECHAIR_CONFIG names; None: the defaults."""
     named = os.environ.get(_VARIABLE)
     return Path(named) if path is None and named else path
+
+
+def add_option(parser: argparse.ArgumentParser) -> None:
+    """Add `--config FILE`; options.config is what load() takes."""
+    text = "configuration file (default: the one that $GAZECHAIR_CONFIG names, or none)"
+    parser.add_argument("--config", type=Path, metavar="FILE", help=text)
 
 
 def load(path: Path | None) -> Config:

@@ -36,7 +36,7 @@ def add(commands: Any) -> None:
     ):
         text = "the camera's, by eye; a guess will do"
         camera.add_argument(f"--{name}", dest=dest, type=float, metavar=unit, help=text)
-    camera.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
+    configuration.add_option(camera)
     camera.set_defaults(act=_camera)
     for part in (heading, joystick):
         part.add_argument("--port", default="auto", help="the board's serial port")

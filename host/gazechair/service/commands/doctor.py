@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
+
+from gazechair.config import configuration
 
 
 def add(commands: Any) -> None:
     """Add it to argparse's subparsers `commands`."""
     doctor = commands.add_parser("doctor", help="check this machine and say what to do")
     doctor.add_argument("--json", action="store_true", help="print the findings as JSON")
-    doctor.add_argument(
-        "--config",
-        type=Path,
-        metavar="FILE",
-        help="configuration file (default: the one that $GAZECHAIR_CONFIG names, or none)",
-    )
+    configuration.add_option(doctor)
     doctor.set_defaults(act=_doctor)
 
 

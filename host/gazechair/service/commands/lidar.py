@@ -22,7 +22,7 @@ def add(commands: Any) -> None:
     record.add_argument("--name", help="which lidar, when there are several")
     record.set_defaults(act=_record)
     for act in (mask, record):
-        act.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
+        configuration.add_option(act)
 
 
 def _mask(options: argparse.Namespace) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from gazechair.base.state_folder import state_folder
@@ -21,9 +20,7 @@ def add(commands: Any) -> None:
     )
     pair.add_argument("--list", action="store_true", help="show the paired devices")
     pair.add_argument("--revoke", metavar="ID", help="send a device away")
-    pair.add_argument(
-        "--config", type=Path, metavar="FILE", help="the configuration of gazechair run"
-    )
+    configuration.add_option(pair)
     pair.set_defaults(act=_pair)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from gazechair.base.told import ToldError
@@ -15,7 +14,7 @@ def add(commands: Any) -> None:
     """Add it to argparse's subparsers `commands`."""
     tune = commands.add_parser("tune", help="find out how the chair turns, in one speed profile")
     tune.add_argument("--profile", required=True, choices=PROFILES, help="selected on the chair")
-    tune.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
+    configuration.add_option(tune)
     tune.add_argument("--dry-run", action="store_true", help="only show what it finds")
     tune.set_defaults(act=_tune)
 
