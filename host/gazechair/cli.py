@@ -82,11 +82,13 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     from gazechair.base.service_manager import ServiceManager
+    from gazechair.base.sole_daemon import sole_daemon
+    from gazechair.base.state_folder import state_folder
     from gazechair.base.throttled_log import ThrottledLog
     from gazechair.daemon import Daemon
 
     manager = ServiceManager()
-    daemon = Daemon(configuration.load(options.config))
+    config = configuration.load(options.config)
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s: %(message)s")
     threading.excepthook = ThrottledLog(logging.getLogger("gazechair.threads")).thread_ended
     # A thread that waits for its turn in Python waits this long for each that is before it.
@@ -95,18 +97,20 @@ def _run(options: argparse.Namespace) -> int:
     ends, ending = os.pipe()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: os.write(ending, b"."))
-    daemon.start()
-    try:
-        print(f"gazechair: the driver's page is at {daemon.url}", flush=True)
-        if invitation := daemon.invitation():
-            print(invitation, flush=True)
-        manager.ready(daemon.url)
-        while not select.select([ends], [], [], manager.pace_s)[0]:
-            if daemon.alive:
-                manager.alive()
-        manager.ending()
-    finally:
-        daemon.stop()
+    with sole_daemon(state_folder(config.web.state_folder)):
+        daemon = Daemon(config)
+        daemon.start()
+        try:
+            print(f"gazechair: the driver's page is at {daemon.url}", flush=True)
+            if invitation := daemon.invitation():
+                print(invitation, flush=True)
+            manager.ready(daemon.url)
+            while not select.select([ends], [], [], manager.pace_s)[0]:
+                if daemon.alive:
+                    manager.alive()
+            manager.ending()
+        finally:
+            daemon.stop()
     return 0
 
 

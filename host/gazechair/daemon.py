@@ -205,12 +205,12 @@ class Daemon:
         web = self._config.web
         if not is_loopback(web.host) and not uses_tls(web):
             log.warning("insecure_http: anyone on this network can listen, and steal a pairing")
+        self._maps.tidy()
         try:
             self._access.start()
         except Exception:
             self.stop()
             raise
-        self._maps.tidy()
         if self._config.log.record:
             _start(self._log, self.parts.part("log"))
         self.link.start()
@@ -252,7 +252,6 @@ class Daemon:
                 part.stop()
         self._log.stop()
         self._pictures.close()
-        self._access.release()  # last: another daemon may start now
 
     def _measuring(self, lidars: tuple[LidarConfig, ...]) -> OdometryService:
         obeys = Obeys(self.parts.part("motion"), lambda: self.link.state())

@@ -16,9 +16,8 @@ import pytest
 
 from gazechair import cli
 from gazechair.base.health import HealthState
+from gazechair.base.sole_daemon import sole_daemon
 from gazechair.config import configuration
-from gazechair.people.pairing import PairingDesk
-from gazechair.people.pairing.local import LocalDoor
 from gazechair.service import doctor, doctor_devices
 from gazechair.service.doctor import FAIL, OK, WARN, Finding
 from gazedemo.pairing import cookie
@@ -193,12 +192,8 @@ def test_a_daemon_that_runs_is_to_be_stopped_first(
     file = tmp_path / "chair.toml"
     file.write_text(f'[web]\nstate_folder = "{tmp_path}"\n')
     assert "gazechair run" not in {one.what for one in doctor.examine(file)}
-    door = LocalDoor(PairingDesk(tmp_path), tmp_path, str)
-    door.start()
-    try:
+    with sole_daemon(tmp_path):
         finding = found(doctor.examine(file), "gazechair run")
-    finally:
-        door.stop()
     assert finding.level == WARN
     assert "sudo systemctl stop gazechair" in finding.do
 

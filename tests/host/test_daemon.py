@@ -14,7 +14,6 @@ from simple_websocket import Client
 from gazechair.config import configuration
 from gazechair.daemon import Daemon
 from gazechair.sensing.lidar import LidarService
-from gazechair.web import WebError
 from gazedemo.pairing import cookie
 from gazelink import codes
 from patience import wait_until
@@ -114,30 +113,19 @@ def test_stopping_disarms_the_board_and_leaves_no_thread(cable: Any) -> None:
     daemon.stop()  # stopping twice is harmless
 
 
-def test_another_daemon_gets_the_state_folder_only_when_all_of_the_first_has_ended(
+def test_what_an_earlier_daemon_was_storing_is_cleared_up_before_anybody_is_served(
     cable: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = Daemon(read_config(cable.path))
-    first.start()
     half = cable.path.parent / "state" / "maps" / "a.map.new"
-    half.parent.mkdir()
-    half.write_bytes(b"the first one stores it now")
-    refused = []
-    end_log = first._log.stop
-
-    def end_log_late() -> None:
-        with pytest.raises(WebError, match="another gazechair"):
-            Daemon(read_config(cable.path)).start()
-        refused.append(half.exists())
-        end_log()
-
-    monkeypatch.setattr(first._log, "stop", end_log_late)
-    first.stop()
-    assert refused == [True]
-    second = Daemon(read_config(cable.path))
-    second.start()
-    second.stop()
-    assert not half.exists()
+    half.parent.mkdir(parents=True)
+    half.write_bytes(b"it ended while it stored this")
+    daemon = Daemon(read_config(cable.path))
+    there: list[bool] = []
+    serve = daemon._access.start
+    monkeypatch.setattr(daemon._access, "start", lambda: (there.append(half.exists()), serve()))
+    daemon.start()
+    daemon.stop()
+    assert there == [False]
 
 
 def test_a_part_that_does_not_start_is_a_health_state(
@@ -176,12 +164,6 @@ def test_the_url_is_one_to_open(host: str, more: str, url: str, tmp_path: Path) 
         assert f"open {daemon.url.split('?')[0]}pair and give the code" in daemon.invitation()
     finally:
         daemon.stop()
-
-
-def test_two_daemons_do_not_share_a_state_folder(daemon: Daemon, cable: Any) -> None:
-    second = Daemon(read_config(cable.path))
-    with pytest.raises(WebError, match="another gazechair runs with the state folder"):
-        second.start()
 
 
 def test_a_driver_once_paired_is_not_invited_again(daemon: Daemon, cable: Any) -> None:

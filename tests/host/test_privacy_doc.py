@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from gazechair.people.pairing.local import LOCK_NAME, SOCKET_NAME
+from gazechair.base.sole_daemon import LOCK_NAME
+from gazechair.people.pairing.local import SOCKET_NAME
 from gazechair.sensing.mapping.stored.store import FOLDER as MAPS
 
 ROOT = Path(__file__).parents[2]

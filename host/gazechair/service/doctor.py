@@ -17,11 +17,11 @@ from gazechair.alerts.mqtt import MISSING as BROKER_MISSING
 from gazechair.alerts.mqtt import try_broker
 from gazechair.base import health as h
 from gazechair.base.languages import advice
+from gazechair.base.sole_daemon import AlreadyRunning, no_daemon
 from gazechair.base.state_folder import state_folder
 from gazechair.board import ports
 from gazechair.config import configuration
 from gazechair.config.configuration import Config, ConfigError
-from gazechair.people.pairing.local import AlreadyRunning, no_daemon
 from gazechair.plugins.describe import examine as examine_plugin
 from gazechair.service import doctor_devices
 

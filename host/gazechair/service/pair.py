@@ -6,9 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from gazechair.base.sole_daemon import AlreadyRunning, no_daemon
 from gazechair.base.told import ToldError
 from gazechair.people.pairing.desk import PairingDesk
-from gazechair.people.pairing.local import AlreadyRunning, NotRunning, ask, no_daemon
+from gazechair.people.pairing.local import NotRunning, ask
 from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.show import code_as_text, devices_as_text
 from gazechair.people.pairing.store import Device, StoreError

@@ -8,7 +8,7 @@ from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.configuration import Config
 from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import PairingDesk, StoreError
-from gazechair.people.pairing.local import AlreadyRunning, LocalDoor
+from gazechair.people.pairing.local import LocalDoor
 from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.show import code_as_text
 from gazechair.picture.camera import Frame
@@ -69,21 +69,16 @@ class Access:
             )
             self._side = LocalDoor(self._desk, folder, self._pairing_url)
             self._side.start()
-        except (StoreError, AlreadyRunning) as error:
+        except StoreError as error:
             raise WebError(str(error)) from error
         self._web.start()
 
     def stop(self) -> None:
-        """Disconnect everyone and close. Safe to call when start failed; release() follows."""
+        """Disconnect everyone and close. Safe to call when start failed."""
         if self._web is not None:
             self._web.stop()
         if self._side is not None:
             self._side.stop()
-
-    def release(self) -> None:
-        """Leave the state folder to another daemon."""
-        if self._side is not None:
-            self._side.release()
 
     def invitation(self) -> str:
         """A code for the driver's device while there is none; "" when there is one."""

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from gazechair import cli
+from gazechair.base.sole_daemon import sole_daemon
 from gazechair.people.pairing import local
 from gazechair.people.pairing.local import LocalDoor
 
@@ -29,7 +30,6 @@ def daemon(desk: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
     door.start()
     yield desk
     door.stop()
-    door.release()
 
 
 def pair(config: str, *words: str) -> int:
@@ -90,7 +90,8 @@ def test_a_daemon_that_cannot_be_asked_keeps_its_devices_and_that_is_said(
     with monkeypatch.context() as patch:
         patch.setattr(os, "fchmod", unbound)
         door.start()
-    assert pair(config, "--revoke", paired.device.id) == 2
+    with sole_daemon(state):
+        assert pair(config, "--revoke", paired.device.id) == 2
     error = capsys.readouterr().err
     assert f"{paired.device.id} is still paired: a gazechair run has the state folder" in error
     assert "answers at" in error
@@ -98,7 +99,6 @@ def test_a_daemon_that_cannot_be_asked_keeps_its_devices_and_that_is_said(
     assert again(state).knows(paired.device.id)
     assert desk.who(paired.token) is not None
     door.stop()
-    door.release()
     assert pair(config, "--revoke", paired.device.id) == 0
     assert "sent away" not in capsys.readouterr().out
     assert not again(state).knows(paired.device.id)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import socket
-import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,9 +12,7 @@ from typing import Any
 import pytest
 
 from gazechair.people.pairing import Paired, local
-from gazechair.people.pairing.local import SOCKET_NAME, AlreadyRunning, LocalDoor, NotRunning, ask
-from gazechair.people.pairing.show import code_as_text, devices_as_text, qr_rows
-from patience import wait_until
+from gazechair.people.pairing.local import SOCKET_NAME, LocalDoor, NotRunning, ask
 
 URL = "https://chair.local:8443/pair"
 
@@ -34,7 +30,6 @@ def door(again: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[
     door.start()
     yield desk
     door.stop()
-    door.release()
 
 
 def test_a_code_is_made_and_used(door: Any, folder: Path) -> None:
@@ -93,15 +88,6 @@ def test_without_a_daemon_it_says_so(tmp_path: Path) -> None:
         ask(tmp_path / "nowhere", {"ask": "list"})
 
 
-def test_a_second_daemon_in_the_same_folder_is_refused(door: Any, again: Any, folder: Path) -> None:
-    second = LocalDoor(again(folder), folder, lambda: URL)
-    with pytest.raises(AlreadyRunning, match=r"web\.state_folder"):
-        second.start()
-    second.stop()
-    second.release()
-    assert ask(folder, {"ask": "list"}) == {"devices": []}
-
-
 def test_a_socket_left_by_a_killed_daemon_is_replaced(again: Any, folder: Path) -> None:
     desk = again(folder)
     handle = os.open(folder, os.O_RDONLY)
@@ -112,51 +98,4 @@ def test_a_socket_left_by_a_killed_daemon_is_replaced(again: Any, folder: Path) 
     door.start()
     assert ask(folder, {"ask": "list"}) == {"devices": []}
     door.stop()
-    door.release()
     assert not (folder / SOCKET_NAME).exists()
-
-
-def test_the_next_daemon_s_socket_outlives_one_that_still_ends(again: Any, folder: Path) -> None:
-    desk = again(folder)
-    first, second = (LocalDoor(desk, folder, lambda: URL) for _ in range(2))
-    first.start()
-    handle = os.open(folder, os.O_RDONLY)
-    with socket.socket(socket.AF_UNIX) as client:
-        client.connect(f"/proc/self/fd/{handle}/{SOCKET_NAME}")
-        os.close(handle)
-        time.sleep(0.1)  # the first waits for what this one asks
-        ending = threading.Thread(target=lambda: (first.stop(), first.release()))
-        ending.start()
-        wait_until(lambda: _starts(second), "the second starts")
-        ending.join()
-    assert ask(folder, {"ask": "list"}) == {"devices": []}
-    second.stop()
-    second.release()
-
-
-def _starts(door: LocalDoor) -> bool:
-    try:
-        door.start()
-    except AlreadyRunning:
-        door.release()
-        return False
-    return True
-
-
-def test_a_terminal_shows_address_code_and_qr() -> None:
-    text = code_as_text(URL, "K7QM-2XWD", "driver", 600)
-    assert f"open {URL} and give the code K7QM-2XWD" in text
-    assert f"{URL}#K7QM-2XWD" in text
-    assert "10 minutes" in text
-    assert "▀" in text  # the QR
-    rows = qr_rows(f"{URL}#K7QM-2XWD")
-    assert rows is not None
-    assert {len(row) for row in rows} == {len(rows)}
-
-
-def test_a_terminal_shows_the_devices(desk: Any) -> None:
-    assert "no device is paired" in devices_as_text([])
-    desk.join("viewer", "kitchen")
-    line = devices_as_text(desk.devices()).splitlines()[1]
-    assert "viewer" in line
-    assert "kitchen" in line

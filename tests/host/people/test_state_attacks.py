@@ -14,7 +14,7 @@ import pytest
 from gazechair.config.configuration import Config
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.people.pairing import Paired, PairingDesk
-from gazechair.people.pairing.local import LOCK_NAME, AlreadyRunning, LocalDoor
+from gazechair.people.pairing.local import LocalDoor
 from gazechair.people.profiles import Profiles, house_fields
 
 DAMAGE: dict[str, Callable[[Path], object]] = {
@@ -167,28 +167,6 @@ def test_a_disk_that_has_become_read_only_does_not_keep_the_host_from_starting(
     assert again.who(token) is not None
     again.note_uses()
     door.stop()
-    door.release()
-
-
-def test_a_daemon_that_hangs_still_has_its_state_folder(desk: Any, tmp_path: Path) -> None:
-    """A hanging daemon may continue later: nobody else may write there meanwhile."""
-    state = tmp_path / "state"
-    first = LocalDoor(desk, state, lambda: "")
-    first.start()
-    first._stopping.set()
-    first._thread.join(60)
-    second = LocalDoor(desk, state, lambda: "")
-    with pytest.raises(AlreadyRunning):
-        second.start()
-    second.stop()
-    second.release()
-    first.stop()
-    first.release()
-    assert (state / LOCK_NAME).stat().st_mode & 0o777 == 0o600
-    third = LocalDoor(desk, state, lambda: "")
-    third.start()
-    third.stop()
-    third.release()
 
 
 def test_pairing_goes_on_after_a_disk_that_was_full(

@@ -8,7 +8,6 @@ direction: {"ask": "code", "role", "valid_s"}, {"ask": "open", "code"}, {"ask": 
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import logging
 import os
@@ -25,7 +24,6 @@ from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.store import ROLES, StoreError
 
 SOCKET_NAME = "pair.sock"
-LOCK_NAME = "lock"  # held by the daemon as long as it runs, even while it hangs
 LONGEST_VALID_S = 12 * 3600.0
 _DEADLINE_S = 2.0
 _MOST_BYTES = 4096
@@ -38,10 +36,6 @@ class NotRunning(Exception):
     """Raised when no daemon listens in that state folder."""
 
 
-class AlreadyRunning(Exception):
-    """Raised when another daemon uses that state folder: one line, what to do."""
-
-
 class LocalDoor:
     """Serves the local socket on its own thread."""
 
@@ -51,22 +45,11 @@ class LocalDoor:
         self._folder = folder
         self._url = url
         self._socket: socket.socket | None = None
-        self._lock = -1
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="pairing-door", daemon=True)
 
     def start(self) -> None:
-        """Listen. Raises AlreadyRunning; a folder that cannot be written is only logged."""
-        try:
-            self._lock = os.open(self._folder / LOCK_NAME, os.O_RDWR | os.O_CREAT, 0o600)
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise AlreadyRunning(
-                f"another gazechair runs with the state folder {self._folder}; "
-                "end it, or give this one its own web.state_folder"
-            ) from None
-        except OSError as error:
-            log.warning("%s: %s; another daemon would not be noticed", self._folder, error)
+        """Listen. A folder that cannot be written is only logged: then nobody can be paired."""
         door = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             with _short(self._folder) as path:
@@ -84,7 +67,7 @@ class LocalDoor:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread; the state folder stays taken. Safe to call when start failed."""
+        """End the thread, and remove the socket. Safe to call when start failed."""
         self._stopping.set()
         if self._socket is None:
             return
@@ -93,12 +76,6 @@ class LocalDoor:
         with contextlib.suppress(OSError):
             (self._folder / SOCKET_NAME).unlink()
         self._socket = None
-
-    def release(self) -> None:
-        """After stop: leave the state folder, and the socket's name, to another daemon."""
-        if self._lock >= 0:
-            os.close(self._lock)
-            self._lock = -1
 
     def _run(self) -> None:
         assert self._socket is not None
@@ -155,29 +132,6 @@ def ask(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
             return answer
     except (OSError, ValueError) as error:
         raise NotRunning(f"no gazechair run answers at {folder / SOCKET_NAME} ({error})") from None
-
-
-@contextlib.contextmanager
-def no_daemon(folder: Path) -> Iterator[None]:
-    """Keep the state folder from any daemon meanwhile.
-
-    Raises AlreadyRunning when one has it, even one that does not answer; OSError when that cannot
-    be told.
-    """
-    try:
-        # Not created: a lock that root owns would be of no use to the daemon's user.
-        lock = os.open(folder / LOCK_NAME, os.O_RDONLY)
-    except FileNotFoundError:
-        yield  # no daemon ever ran here
-        return
-    try:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise AlreadyRunning(f"a gazechair run has the state folder {folder}") from None
-        yield
-    finally:
-        os.close(lock)
 
 
 @contextlib.contextmanager
