@@ -15,7 +15,7 @@ from gazechair.base.footprint import DEFAULT_CORNERS, FloatArray
 from gazechair.base.poses import to_frame
 from gazechair.following.line_trace import trace
 from gazechair.following.line_view import FAR_M, NOT_SEEN, LineColour, Picture, PlanMaker, chosen
-from gazechair.following.request import CAP_M_S, STOP, Request
+from gazechair.following.request import STOP, Request
 from gazechair.picture.floor import FloorCamera
 
 LOST_S = 0.3
@@ -57,15 +57,18 @@ class LineFollower:
     def __init__(
         self,
         camera: FloorCamera,
+        most_m_s: float,
         most_rad_s: float,
         delay_s: float,
         front_m: float = _FRONT_M,
     ) -> None:
-        """`camera`: for the small pictures. `most_rad_s`: turn rate that both sides reach.
-        `delay_s`: the chair's dead time plus lag. `front_m`: from the drive axle to the front.
+        """`camera`: for the small pictures. `most_m_s`: highest speed of a request.
+        `most_rad_s`: turn rate that both sides reach. `delay_s`: the chair's dead time plus lag.
+        `front_m`: from the drive axle to the front.
         """
         self._plans = PlanMaker(camera)
         self._camera = camera
+        self._most_m_s = most_m_s
         self._most_rad_s = most_rad_s
         self._delay_s = delay_s
         self._front_m = front_m
@@ -228,8 +231,8 @@ class LineFollower:
             return Request(max(0.0, slow), math.copysign(size, off))
         curvature = 2.0 * math.sin(off) / max(0.2, float(np.hypot(*aim)))
         most = max(abs(curvature), _most_curvature(ahead, along))
-        speed = min(CAP_M_S, _SHARE * self._most_rad_s / max(most, 1e-6))
-        speed = max(speed, _LEAST_M_S)
+        speed = max(_LEAST_M_S, _SHARE * self._most_rad_s / max(most, 1e-6))
+        speed = min(self._most_m_s, speed)
         speed = min(speed, math.sqrt(2.0 * BRAKE_M_S2 * 0.6 * max(0.0, left_m)) + 0.02)
         before = self._last.linear_m_s
         speed = max(before - BRAKE_M_S2 * dt_s, min(before + ACCELERATE_M_S2 * dt_s, speed))

@@ -136,7 +136,8 @@ class LineProducer(SpotProducer):
         most_rad_s = math.radians(min(numbers.left_deg_s, numbers.right_deg_s))
         delay_s = numbers.dead_s + numbers.lag_s
         try:
-            follower = LineFollower(camera, most_rad_s, delay_s, self._front_m)
+            most = numbers.most_m_s, most_rad_s
+            follower = LineFollower(camera, *most, delay_s, self._front_m)
         except ValueError:
             self._refused = NOT_SEEN  # this camera shows no floor ahead
             return
@@ -187,6 +188,6 @@ class LineProducer(SpotProducer):
     def _stick(self, request: Request) -> tuple[int, int]:
         numbers = self._numbers
         return (
-            numbers.linear_permille(min(request.linear_m_s, numbers.most_m_s)),
+            numbers.linear_permille(request.linear_m_s),
             numbers.turn_permille(math.degrees(request.yaw_rad_s)),
         )

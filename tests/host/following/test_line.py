@@ -36,7 +36,7 @@ def _pixel(x_m: float, y_m: float) -> tuple[float, float]:
 
 
 def _following(view: FloorView) -> LineFollower:
-    follower = LineFollower(CAMERA, math.radians(45.0), 0.3)
+    follower = LineFollower(CAMERA, 0.35, math.radians(45.0), 0.3)
     assert follower.choose(_picture(view), _pixel(1.8, 0.0), POSE, 0.0) == ""
     return follower
 
@@ -52,7 +52,7 @@ def test_the_independent_camera_agrees() -> None:
 )
 def test_a_tapped_tape_is_found_and_traced_in_any_light(tape: tuple[float, float, float]) -> None:
     for light in ((1.0, 1.0, 1.0), (0.5, 0.35, 0.25)):
-        follower = LineFollower(CAMERA, 0.8, 0.3)
+        follower = LineFollower(CAMERA, 0.35, 0.8, 0.3)
         picture = _picture(_view(tape=tape, light=light))
         assert follower.choose(picture, _pixel(1.8, 0.02), POSE, 0.0) == ""
         line = follower.line_m
@@ -61,7 +61,7 @@ def test_a_tapped_tape_is_found_and_traced_in_any_light(tape: tuple[float, float
 
 
 def test_where_there_is_no_line_none_is_chosen() -> None:
-    follower = LineFollower(CAMERA, 0.8, 0.3)
+    follower = LineFollower(CAMERA, 0.35, 0.8, 0.3)
     picture = _picture(_view())
     assert follower.choose(picture, _pixel(1.8, 0.5), POSE, 0.0) == NO_LINE
     assert follower.choose(picture, (80.0, 1.0), POSE, 0.0) == NOT_SEEN
@@ -136,7 +136,7 @@ _BEND = np.array([(0.8 + 0.05 * k, 0.004 * k * k) for k in range(40)])
 @pytest.mark.parametrize("how", ["frozen", "black", "white", "upside down", "1x1", "wider", "grey"])
 def test_a_camera_that_shows_something_else_stops_it(how: str) -> None:
     view = _view(lines=[_BEND])
-    follower = LineFollower(CAMERA, math.radians(45.0), 0.3)
+    follower = LineFollower(CAMERA, 0.35, math.radians(45.0), 0.3)
     assert follower.choose(_picture(view), _pixel(1.3, 0.4), POSE, 0.0) == ""
     good = view.picture(0.0, 0.0, 0.0, 160)
     follower.look(good, POSE, 0.0)
@@ -183,7 +183,7 @@ def test_goes_straight_to_where_the_line_is_seen_first() -> None:
 def test_steers_to_the_line_and_stops_at_its_end() -> None:
     line = np.array(((0.8, 0.12), (2.6, 0.12)))
     view = _view(lines=[line])
-    follower = LineFollower(CAMERA, 0.8, 0.0)
+    follower = LineFollower(CAMERA, 0.35, 0.8, 0.0)
     assert follower.choose(_picture(view), _pixel(1.8, 0.12), POSE, 0.0) == ""
     pose, now, speed = np.zeros(3), 0.0, 0.0
     for tick in range(600):
@@ -207,3 +207,18 @@ def test_steers_to_the_line_and_stops_at_its_end() -> None:
 def test_another_size_of_picture_is_refused() -> None:
     with pytest.raises(ValueError, match="not"):
         PlanMaker(CAMERA)(np.zeros((90, 160, 3), dtype=np.uint8))
+
+
+def test_a_slower_chair_asks_for_less_of_both_and_so_for_the_same_curve() -> None:
+    curves = []
+    for most_m_s in (0.35, 0.25, 0.1):
+        view = _view(lines=[_BEND])
+        follower = LineFollower(CAMERA, most_m_s, math.radians(90.0), 0.0)
+        assert follower.choose(_picture(view), _pixel(1.3, 0.4), POSE, 0.0) == ""
+        for tick in range(1, 40):
+            follower.look(_picture(view), POSE, 0.05 * tick)
+            asked = follower.step(POSE, 0.0, 0.0, 0.05 * tick, 0.05)
+        assert asked.linear_m_s == pytest.approx(most_m_s)
+        curves.append(asked.yaw_rad_s / asked.linear_m_s)
+    assert curves == pytest.approx([curves[0]] * 3, rel=1e-6)
+    assert abs(curves[0]) > 0.05
