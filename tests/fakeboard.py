@@ -19,6 +19,7 @@ class FakeBoard:
         self.faults = 0
         self.values = [row[1] for row in TABLE]
         self.saved: list[int] = []
+        self.unanswered_saves = 0  # of the next ones: done, but nobody hears of it
         self.refuses: Callable[[int, int], int] = lambda _request, _index: 0
 
     def state(self) -> BoardState | None:
@@ -36,4 +37,7 @@ class FakeBoard:
             self.values[index] = value
         elif request == codes.SETTING_SAVE and not refused:
             self.saved = list(self.values)
+            if self.unanswered_saves:
+                self.unanswered_saves -= 1
+                return None
         return SettingReply(request, index, self.values[index], refused)

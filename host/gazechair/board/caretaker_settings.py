@@ -23,6 +23,7 @@ ALLOWED = (
 )
 _ANSWER_S = 0.5
 _TRIES = 2
+_SILENT = "not_connected"
 
 
 class SettingsRefused(Exception):
@@ -82,14 +83,20 @@ class CaretakerSettings:
     def _store(self, changes: list[tuple[int, int]]) -> None:
         """Set and save; what is not stored is set back, so that it does not stay in force."""
         before = [(index, self._ask(codes.SETTING_GET, index)) for index, _ in changes]
+        saving = False
         try:
             for index, value in changes:
                 self._ask(codes.SETTING_SET, index, value)
+            saving = True
             self._ask(codes.SETTING_SAVE)
-        except SettingsRefused:
+        except SettingsRefused as refusal:
             for index, value in reversed(before):
                 with contextlib.suppress(SettingsRefused):  # told already; the page reads again
                     self._ask(codes.SETTING_SET, index, value)
+            # What the board refused is not in its flash; what it did not answer may be.
+            if saving and refusal.reason == _SILENT:
+                with contextlib.suppress(SettingsRefused):
+                    self._ask(codes.SETTING_SAVE)
             raise
 
     def _step(self, wishes: dict[str, Any]) -> list[tuple[int, int]]:
@@ -125,7 +132,7 @@ class CaretakerSettings:
                 name = str(codes.reason_name(reply.refused))
                 raise SettingsRefused(name, f"the board refuses {TABLE[index][0]}: {name}")
             return reply.value
-        raise SettingsRefused("not_connected", "the board does not answer")
+        raise SettingsRefused(_SILENT, "the board does not answer")
 
 
 def _checked(name: str, value: object) -> tuple[int, int]:

@@ -333,12 +333,16 @@ class Guide:
         if type(row) is not int or not 0 <= row < len(PROFILES):
             raise StepRefused("setting_out_of_range")
         board, at = BoardSettings(self._link), index_of("profile")
-        before = board.get(at)
+        before, saving = board.get(at), False
         try:
             board.set(at, row)
+            saving = True
             board.save()
-        except SettingsError:
+        except SettingsError as error:
             board.set(at, before)
+            # What was refused is not in the flash; what was not answered may be.
+            if saving and not isinstance(error, SettingRefused):
+                board.save()
             raise
         self._record.keep("profile", PROFILES[row])
 

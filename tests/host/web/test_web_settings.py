@@ -108,6 +108,17 @@ def test_what_is_not_stored_does_not_stay_in_force(
     assert board.values == before
 
 
+@pytest.mark.parametrize("lost", [2, 3])
+def test_what_was_stored_unheard_is_set_back_in_the_flash_too(
+    caretaker: Any, board: Any, lost: int
+) -> None:
+    before = list(board.values)
+    board.unanswered_saves = lost
+    found, _, answer = caretaker.post("/settings", {"set": {"linear_permille": 1000}})
+    assert (found, answer["reason"]) == (503, "not_connected")
+    assert board.values == board.saved == before
+
+
 def test_without_a_board_it_says_so(caretaker: Any, board: Any) -> None:
     board.connected = False
     assert caretaker.get("/settings")[0] == 503

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from gazechair.service.board_settings import SettingsError
+from gazechair.service.board_settings import SettingRefused, SettingsError
 from gazechair.service.tune import StoppedError, TuneError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.forward import identify as identify_straight
@@ -147,12 +147,12 @@ class Tuning:
             saving = True
             self._board.save()
         except BaseException as error:  # Ctrl-C, too, leaves nothing half stored
-            refused = isinstance(error, SettingsError)
-            why = str(error) if refused else "stopped"
+            told = isinstance(error, SettingsError)
+            why = str(error) if told else "stopped"
             old = {index: before[index] for index in changed}
-            # What was refused is not in the flash; what was interrupted may be.
-            self._put_back(tuned, old, saving and not refused, why)
-            if not refused:
+            # What was refused is not in the flash; what was interrupted or not answered may be.
+            self._put_back(tuned, old, saving and not isinstance(error, SettingRefused), why)
+            if not told:
                 raise
             text = "not stored: {error}; the settings are as before"
             raise TuneError(text, "store_failed", error=why) from None

@@ -7,12 +7,13 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import pytest
 
-from gazechair.service.board_settings import SettingsError
+from gazechair.service.board_settings import SettingRefused, SettingsError
 from gazechair.service.tune import StoppedError, TuneError, tuning
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazechair.service.tune.tuning import Tuning
+from gazelink import codes
 from gazelink.settings_table import PROFILES, TABLE, index_of
 from gazemeasure.turn.board import settings_with
 from gazemeasure.turn.tuning import record
@@ -33,6 +34,7 @@ class MemoryBoard:
         self.saved: list[int] | None = None
         self.refuses_after = 1 << 30
         self.full = False
+        self.unheard = False  # the next SAVE is done, but its answer is lost
         self.gone = False  # it answers no more, once `refuses_after` is over
         self.interrupted_at: list[int] = []  # Ctrl-C in these requests, counted from 1
         self.requests = 0
@@ -53,8 +55,12 @@ class MemoryBoard:
 
     def save(self) -> None:
         if self.full:
-            raise SettingsError("save refused: the board could not write it to its flash")
+            text = "save refused: the board could not write it to its flash"
+            raise SettingRefused(text, codes.SETTING_NOT_STORED)
         self.saved = list(self.values)
+        if self.unheard:
+            self.unheard = False
+            raise SettingsError("save: the board does not answer")
         self._interrupt()
 
     def _interrupt(self) -> None:
@@ -189,6 +195,16 @@ def test_what_cannot_be_stored_leaves_the_settings_as_before(
     with pytest.raises(TuneError, match=r"not stored: .*; the settings are as before"):
         tune(board, recordings)
     assert board.values == before
+
+
+def test_what_was_stored_unheard_is_put_back_in_the_flash_too(
+    board: MemoryBoard, recordings: list[Recording]
+) -> None:
+    before = board.all()
+    board.unheard = True
+    with pytest.raises(TuneError, match=r"not stored: .*; the settings are as before"):
+        tune(board, recordings)
+    assert board.values == board.saved == before
 
 
 @pytest.mark.parametrize("changes", range(1, 14))
