@@ -242,7 +242,7 @@ function switchOff() {
   scan.cancel(performance.now());
   practice.armed = false;
   used(); // reported once
-  if (state?.you) socket.send("disarm");
+  if (state?.you || hint.asks) socket.send("disarm");
 }
 
 /** This page owns the chair, or practises: only this page changes how it drives. */

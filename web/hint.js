@@ -25,6 +25,11 @@ export class Hint {
     this.#askedMs = now;
   }
 
+  /** True until that is answered. */
+  get asks() {
+    return this.#askedMs !== null;
+  }
+
   /** The host has refused, with a reason. */
   answered() {
     this.#askedMs = null;

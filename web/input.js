@@ -114,7 +114,9 @@ export function listen(targets, hits, { shown, away, pressed }) {
   document.addEventListener("freeze", leave);
   document.addEventListener("visibilitychange", () => document.hidden && leave());
   document.documentElement.addEventListener("pointerleave", ({ pointerType: kind }) => {
-    // A lifted finger or stylus "leaves" too, after its release; a stylus over the page may hold.
+    // A lifted finger or stylus "leaves" too, after its release. What a stylus over the page holds
+    // or dwells on ends; what it has tapped goes on.
     if (kind === "mouse" || (kind === "pen" && targets.holding)) cancel();
+    else if (kind === "pen") targets.hover((current = null), performance.now());
   });
 }

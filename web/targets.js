@@ -28,10 +28,12 @@ export class Targets {
   #ttlMs = Infinity;
   #freshMs = 200;
   #edge = 0;
-  #under = undefined; // target under the pointer, null: none, undefined: not known
+  // Target under the pointer, null: none, undefined: not known.
+  #under = undefined;
   #spent = null; // button that acted and that the gaze has not left yet
   #dwell = null; // {target, since, movedAt, leftAt, ms}
-  #hold = null; // {target, source, mode, edge, since, provenAt, leftAt, sendAt}
+  // {target, source, mode, edge, since, provenAt, leftAt, sendAt}
+  #hold = null;
   #pressed = null; // button pressed and not released: {target, source, since}
   #restNeeded = true;
   #restSince = null;

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise, product
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,10 @@ from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
 from gazelink.settings_table import PROFILES
 from gazemeasure.go.another import (
+    BACKS,
+    CURVES,
+    GOES_ON,
     KIND,
-    ROLLS_ON,
     STARTS,
     STOPS,
     TURNS,
@@ -68,16 +71,21 @@ def test_new_motion_is_the_chairs_as_the_new_path_begins(
 @pytest.mark.parametrize(
     ("way", "off", "speed_m_s", "rate_deg_s", "how"),
     [
-        (AHEAD, 0.02, 0.3, 0.0, ROLLS_ON),
-        (AHEAD, 0.4, 0.3, 0.0, ROLLS_ON),
-        (AHEAD, 0.4, 0.0, 9.0, ROLLS_ON),
-        (AHEAD, 2.0, 0.0, 9.0, ROLLS_ON),
+        (AHEAD, 0.02, 0.3, 0.0, GOES_ON),
+        (BACK, 0.02, -0.3, 0.0, GOES_ON),
+        (AHEAD, 0.4, 0.0, 9.0, GOES_ON),
+        (AHEAD, 2.0, 0.0, 9.0, GOES_ON),
+        (AHEAD, 0.4, 0.3, 0.0, CURVES),
+        (AHEAD, -0.4, 0.3, 0.0, CURVES),
         (AHEAD, 2.0, 0.3, 0.0, STOPS),
+        (AHEAD, -0.4, 0.3, 9.0, STOPS),
         (AHEAD, -0.4, 0.0, 9.0, STOPS),
-        (BACK, 0.0, 0.3, 0.0, STOPS),
         (AHEAD, 0.4, 0.0, 0.0, TURNS),
         (AHEAD, 0.02, 0.0, 0.0, STARTS),
+        (AHEAD, 0.02, 0.0, 9.0, STARTS),
         (BACK, 0.02, 0.0, 0.0, STARTS),
+        (BACK, 0.0, 0.3, 0.0, BACKS),
+        (AHEAD, 0.0, -0.3, 0.0, BACKS),
     ],
 )
 def test_what_a_path_asks_depends_on_how_the_chair_moves(
@@ -86,7 +94,10 @@ def test_what_a_path_asks_depends_on_how_the_chair_moves(
     assert class_of(way, off, speed_m_s, rate_deg_s) == how
 
 
-def done(how: str = ROLLS_ON, after_s: float = 0.4, **driven: Any) -> Done:
+SLOW = (STARTS, STOPS, BACKS)
+
+
+def done(how: str = CURVES, after_s: float = 0.4, **driven: Any) -> Done:
     return Done(Job(KIND, 1), "3.1", Driven(**{"arrived": True, **driven}), how, after_s)
 
 
@@ -96,9 +107,13 @@ def ok(*of: Done) -> bool:
     return report.ok
 
 
-def test_half_a_second_counts_where_the_chair_rolls_or_turns_as_asked() -> None:
-    assert ok(done(), done(STOPS, 0.9), done(TURNS, 0.9), done(STARTS, 0.9))
-    assert not ok(done(), done(after_s=0.6))
+def test_half_a_second_is_the_limit_beyond_what_the_chair_alone_takes() -> None:
+    assert ok(done(), done(GOES_ON), done(TURNS, 0.9), *(done(how, 1.1) for how in SLOW))
+    for how in (GOES_ON, CURVES):
+        assert not ok(done(), done(how, 0.6))
+    for how in (TURNS, *SLOW):
+        assert not ok(done(), done(how, floor_s("3.1", how) + 0.51))
+        assert not ok(done(), done(how, math.inf))
     assert not ok(done(), done("", math.inf))
     assert not ok(done(), done(collisions=1))
     assert not ok(done(), done(arrived=False))
@@ -106,11 +121,27 @@ def test_half_a_second_counts_where_the_chair_rolls_or_turns_as_asked() -> None:
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_the_chair_alone_takes_longer_where_it_must_stop_or_start(profile: str) -> None:
-    rolls, turns, starts, stops = (
-        floor_s(profile, how) for how in (ROLLS_ON, TURNS, STARTS, STOPS)
+    curves, turns, starts, stops, backs = (
+        floor_s(profile, how) for how in (CURVES, TURNS, STARTS, STOPS, BACKS)
     )
-    assert 0.2 < rolls < 0.5 < starts
-    assert rolls < turns < stops < 1.5
+    assert floor_s(profile, GOES_ON) == 0.0
+    assert 0.2 < curves < 0.5 < starts < backs < 1.5
+    assert curves < turns < stops < 1.5
+
+
+def test_a_path_to_the_first_goal_that_comes_after_the_message_is_not_the_new_one() -> None:
+    twin = SimpleNamespace(heading_deg=0.0, speed_m_s=0.3, yaw_rate_deg_s=0.0)
+    first, second = (9.0, 0.0, 0.0), (1.0, 5.0, 0.0)
+    mission = SimpleNamespace(goal=second, way=AHEAD, _way_to=first)
+    judge: Any = Another.__new__(Another)
+    judge.chair = SimpleNamespace(mission=mission, world=SimpleNamespace(chair=twin), now_ms=9000)
+    judge.pressed_ms, judge.how, judge.moves_after_s = 8900, "", math.inf
+    judge._first, judge._new, judge._moved = first, None, (0.3, 0.0)
+    judge._watch()
+    assert (judge.how, judge.moves_after_s) == ("", math.inf)
+    mission._way_to = second
+    judge._watch()
+    assert (judge.how, judge.moves_after_s) == (GOES_ON, 0.1)
 
 
 def test_the_clock_starts_at_the_message_of_the_page(tmp_path: Path) -> None:

@@ -145,6 +145,27 @@ def test_what_a_stylus_over_the_page_holds_ends_when_it_leaves(driver):
     assert last(driver)["k"] == "stop"
 
 
+@pytest.mark.parametrize("mode", ["continuous", "step"])
+def test_a_stylus_that_leaves_while_it_dwells_chooses_nothing(driver, mode):
+    if mode == "step":
+        choose_step(driver)
+    driver.advance(350, look=(0.5, 0.6))
+    driver.advance(500, look="forward")
+    Stylus(driver).leave()
+    driver.advance(300)
+    assert driver.heard("cmd") == []
+    driver.hover("forward")
+    assert last(driver)["verb"] == "forward"
+
+
+def test_a_stylus_that_leaves_while_it_dwells_presses_no_button(driver):
+    driver.state(**OFF)
+    driver.advance(950, look="arm")
+    Stylus(driver).leave()
+    driver.advance(300)
+    assert driver.heard("arm") == []
+
+
 @pytest.mark.parametrize("key", KEYS)
 def test_an_arrow_key_drives_while_held(driver, key):
     driver.page.keyboard.down(key)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from fakehost import OFF
 from patience import wait_until
 
 pytestmark = pytest.mark.browser
@@ -58,6 +59,30 @@ AWAY = [how for how in HIDE if how not in ("leaving the document", "pointer canc
 def test_a_page_without_its_person_switches_driving_off(driver, how):
     driver.page.evaluate(HIDE[how])
     assert driver.heard("stop", "disarm") == [{"k": "stop"}, {"k": "disarm"}]
+
+
+@pytest.mark.parametrize("how", AWAY)
+def test_a_page_without_its_person_takes_back_that_driving_was_asked_for(driver, how):
+    driver.state(**OFF)
+    driver.advance(500)
+    driver.page.locator("#arm").click()
+    driver.page.evaluate(HIDE[how])
+    assert [m["k"] for m in driver.heard("arm", "disarm")] == ["arm", "disarm"]
+
+
+@pytest.mark.parametrize("answer", ["refused", "not armed"])
+def test_what_was_not_granted_is_not_taken_back_from_who_drives(driver, host, answer):
+    driver.state(**OFF)
+    driver.advance(500)
+    driver.page.locator("#arm").click()
+    if answer == "refused":
+        refusal = {"what": "arm", "reason": "not_owner", "detail": "another page drives"}
+        host.say({"k": "refused", **refusal})
+    else:
+        driver.advance(700)
+    driver.state(state="armed", owner="caretaker")
+    driver.page.evaluate(HIDE["blur"])
+    assert driver.heard("disarm") == []
 
 
 def test_looking_away_from_a_page_that_does_not_drive_stops_nobody(driver):

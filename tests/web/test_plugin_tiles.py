@@ -285,3 +285,12 @@ def test_a_stylus_starts_what_nobody_holds_and_lifting_it_off_stops_nothing(ride
     ride.state(auto=["ahead", ""])
     ride.advance(500)
     assert {m["k"] for m in ride.heard("mode", "stop")} == {"mode"}
+
+
+def test_a_stylus_that_leaves_while_it_dwells_starts_no_ride(ride):
+    auto_ride(ride)
+    ride.advance(350, look=(0.5, 0.55))
+    ride.advance(500, look="plugin-0")
+    Stylus(ride).leave()
+    ride.advance(300)
+    assert ride.heard("mode") == []

@@ -114,7 +114,8 @@ def _comment(lines: list[str], at: int, name: str, below: str) -> str:
         at -= 1
         block.insert(0, lines[at].lstrip("# "))
     text = " ".join(block)
-    return text.partition(f"{name.partition('_')[0]}: ")[2] or text
+    prefix = name.lstrip("_").partition("_")[0]
+    return text.partition(f"{prefix}: ")[2] or text
 
 
 def _jsdoc(lines: list[str], at: int) -> str:

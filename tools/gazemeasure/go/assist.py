@@ -1,7 +1,7 @@
 """Measures assist: doors and cluttered rooms by a simulated gaze driver, with and without help.
 
 The board's own safety core, motion and obstacle rule decide a thousand times a second, with the
-board's default settings; lidars and clearance are those of obstacles_run. The same person (same
+board's default settings; lidars and clearance are those of obstacles/run.py. The same person (same
 seed) drives each task three times: without the board's obstacle rule (BARE), with it (PLAIN), and
 with assist too (HELPED). A contact is judged by the room's geometry; the run ends with it.
 """

@@ -2,8 +2,8 @@
 
 The board's real core decides in every millisecond which output it permits; only the simulator's
 truth judges. A mission has one press, as by a person: if the board ends it, the mission has failed.
-See go_rig for the parts, go_missions for the random missions, go_ideal for the reference times, and
-go_scenes for missions of the whole firmware and host, which locate themselves.
+See rig.py for the parts, missions.py for the random missions, ideal.py for the reference times, and
+scenes.py for missions of the whole firmware and host, which locate themselves.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Drives in a known home with a fault of the lidars: claimed poses, and reports of the fault.
 
-The map is made from key scans (see `home_localization`); the chair knows its pose at the beginning,
+The map is made from key scans (see localization.py); the chair knows its pose at the beginning,
 and drives among people. Then a lidar is bumped or lost, or all scans arrive late. Each claimed pose
 is judged at its own time: it is wrong if it is 0.1 m or 3 degrees off, at any look after the fault.
 """

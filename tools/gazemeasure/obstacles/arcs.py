@@ -2,7 +2,7 @@
 
 A run is an ArcTask: a room and the motion of the driver's hand. The board's own modules decide
 (what obstacles permit, and the resulting output) a thousand times a second; chair, lidars and the
-definition of a collision are those of obstacles_run. Without the rule the same hand drives on, to
+definition of a collision are those of run.py. Without the rule the same hand drives on, to
 find out whether the path was passable.
 """
 
@@ -285,7 +285,7 @@ class ArcTrial:
     ours: Outcome
     free: Outcome | None
     attack: str = ""
-    """Physics of obstacles_attack, or ""."""
+    """Physics of attack.py, or ""."""
     unseen_m_s: float = 0.0
     """Speed at which it touched what no lidar sees of an object; no collision of the rule."""
 

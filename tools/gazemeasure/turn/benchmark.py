@@ -2,7 +2,7 @@
 
 The board's own turn controller after the host's own autotune of that chair; the first prototype's
 PID; a plain PID with the best gains for the profile; and the time-optimal bound, which knows
-chair and disturbances in advance (turn_bound). Chairs are gazesim's twin with a heading sensor of
+chair and disturbances in advance (bound.py). Chairs are gazesim's twin with a heading sensor of
 100 Hz. Everything is drawn from seeds: runs are reproducible.
 """
 

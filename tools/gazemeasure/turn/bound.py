@@ -1,10 +1,10 @@
 """The time-optimal bound of a turn, computed with full knowledge of the chair.
 
-Bang-bang on the twin with its true parameters and disturbances (turn_model): full deflection
+Bang-bang on the twin with its true parameters and disturbances (model.py): full deflection
 towards the setpoint, full deflection back, neutral. For each length of the counter-deflection the
 first switch is found by secants so that the chair comes to rest at the setpoint; around it both
 switches are searched together, coarse to fine (down to FINE_S), for the earliest settling in
-turn_judge's sense. The dead time is part of it. tests/tools/test_measure_turn.py compares with
+the sense of judge.py. The dead time is part of it. tests/tools/test_measure_turn.py compares with
 brute force over three switches: a third one gains 2 % at most, on a chair with stiction.
 """
 

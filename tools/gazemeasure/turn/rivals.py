@@ -36,10 +36,10 @@ class Rival(ABC):
 
     @abstractmethod
     def tick(self) -> None:
-        """See turn_run.Controller."""
+        """See run.Controller."""
 
     def sense(self, heading_q4: int, rate_q4: int) -> None:
-        """See turn_run.Controller."""
+        """See run.Controller."""
         self._turned_q4 += (heading_q4 - self._heading_q4 + 2880) % 5760 - 2880
         self._heading_q4 = heading_q4
         self._rate_q4 = rate_q4
@@ -60,7 +60,7 @@ class PrototypeTurn(Rival):
         self._controller = Prototype(self._reading, PUBLISHED, angle_deg, self._cutoff_deg)
 
     def tick(self) -> None:
-        """See turn_run.Controller."""
+        """See run.Controller."""
         if self.running and self._now_ms % self._every_ms == 0:
             self.count = self._controller.update(self._turned_q4 / 16)
         self._now_ms += 1
@@ -91,7 +91,7 @@ class PlainTurn(Rival):
         self._pid = PID(g.kp_q4, g.ki_q4, g.kd_q4)
 
     def tick(self) -> None:
-        """See turn_run.Controller."""
+        """See run.Controller."""
         if not self.running:
             return
         error_q4 = self._setpoint_q4 - self._turned_q4
