@@ -7,10 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.keeping import APART_S
 from gazechair.sensing.mapping.locating.looks import Seen
-from gazechair.sensing.mapping.stored.store import MapStore
 from keepingrig import AHEAD, LOCATION, Drives, estimate
 
 
