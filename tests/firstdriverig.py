@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
@@ -55,6 +56,11 @@ def marks() -> list[list[float]]:
         [float(u / size[0]), float(v / size[1]), *place]
         for (u, v), place in zip(seen, _MARKS_CM, strict=True)
     ]
+
+
+@functools.cache
+def _picture() -> bytes:
+    return FloorView(EYE, Floor()).jpeg(0.0, 0.0, 0.0)
 
 
 class _Link(LockstepLink):
@@ -113,7 +119,7 @@ class FirstDriveRig(ChairRig):
             lambda profile, found: self.kept.append((profile, found)),
             None if folder is None else FloorMarks(FloorStore(folder), lambda: self.picture),
         )
-        self.picture: bytes | None = FloorView(EYE, Floor()).jpeg(0.0, 0.0, 0.0)
+        self.picture: bytes | None = _picture()
         self.knows_place = True
         self.kept: list[tuple[str, ForwardNumbers]] = []
         self.steering = steering

@@ -67,27 +67,6 @@ def test_the_turns_are_tuned_where_nothing_measures_straight_on(
     assert not rig.armed()
 
 
-def test_tuning_holds_the_settings_between_its_parts_too(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tuning, "identify", found)
-    rig = FirstDriveRig(tmp_path)
-    rig.ready()
-    assert rig.post(run="profile", value=2) == ""
-    rig.ready()
-    drove: list[bool] = []
-
-    def looks() -> None:
-        if rig.guide.moving:
-            drove.append(rig.armed())
-            assert rig.guide.holds_settings
-
-    rig.watch = looks
-    assert rig.hold("tune") == "", rig.guide.status()["run"]
-    assert [drove[at : at + 2] for at in range(len(drove))].count([False, True]) == 2
-    assert not rig.guide.holds_settings
-
-
 def test_a_fresh_board_is_led_to_a_driving_chair(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -116,7 +95,19 @@ def test_a_fresh_board_is_led_to_a_driving_chair(
     rig.ready()
     assert rig.hold("relay") == "", rig.guide.status()["run"]
     assert not rig.armed()
+    drove: list[bool] = []
+
+    def looks() -> None:
+        if rig.guide.moving:
+            drove.append(rig.armed())
+            assert rig.guide.holds_settings
+
+    rig.watch = looks
     assert rig.hold("tune") == "", rig.guide.status()["run"]
+    rig.watch = lambda: None
+    # Between its two parts, too, it holds the settings.
+    assert [drove[at : at + 2] for at in range(len(drove))].count([False, True]) == 2
+    assert not rig.guide.holds_settings
     run = rig.guide.status()["run"]
     assert run["pulses"] >= len(PULSES)
     assert run["straight"] == len(PRESSES)

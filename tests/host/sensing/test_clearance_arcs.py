@@ -78,12 +78,11 @@ def touches(body: FloatArray, path: FloatArray, points: FloatArray) -> np.ndarra
         # Only what the chair may reach in these poses, and has not touched before.
         left = np.flatnonzero(~found & (np.hypot(*(points - middle).T) < reach_m))
         px, py = points[left].T
-        hit = np.zeros(len(left), dtype=np.bool_)
-        for x, y, heading in part:
-            c, s = math.cos(heading), math.sin(heading)
-            dx, dy = px - x, py - y
-            hit |= inside(body, np.column_stack((c * dx + s * dy, c * dy - s * dx)))
-        found[left] = hit
+        x, y, heading = part.T[:, :, None]
+        c, s = np.cos(heading), np.sin(heading)
+        dx, dy = px - x, py - y
+        seen = np.stack((c * dx + s * dy, c * dy - s * dx), axis=2)
+        found[left] = inside(body, seen.reshape(-1, 2)).reshape(dx.shape).any(axis=0)
     return found
 
 

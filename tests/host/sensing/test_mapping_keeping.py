@@ -1,4 +1,4 @@
-"""Mapping's process keeps the stored map current, and knows its place while the map changes."""
+"""A stored map is kept current by what drives find, and by nothing else."""
 
 from __future__ import annotations
 
@@ -7,33 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import keeping
-from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.keeping import APART_S
 from gazechair.sensing.mapping.locating.looks import Seen
-from gazechair.sensing.mapping.stored.store import MapStore
 from keepingrig import AHEAD, LOCATION, Drives, estimate
-from maprig import made
-
-
-def test_the_process_notes_what_drives_find_and_knows_its_place_through_a_change(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(keeping, "_STORED_S", 1.0)
-    chair = made(tmp_path, 3, "a", 24.0)
-    chair.go(3.0)
-    assert chair.told.newest["state"] == "known"
-    store = MapStore(tmp_path)
-    assert store.ledger_path("a").exists()
-    grid = store.get("a").map.grid  # type: ignore[union-attr]
-    hits = grid.hits.copy()
-    hits[0, 0] += 1
-    other = OccupancyGrid(grid.cell_m, grid.low_m, hits, grid.passes)
-    assert store.update("a", grid, other, "2026-11-23T10:00:00Z")
-    states = set()
-    chair.go(3.0, lambda _: states.add(chair.told.newest["state"]))
-    assert states == {"known"}
-    assert chair.told.newest["fix"]["map"] == "a"
 
 
 @pytest.fixture

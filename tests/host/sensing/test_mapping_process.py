@@ -15,6 +15,7 @@ import pytest
 from gazechair.base.health import Health
 from gazechair.base.poses import between, compose
 from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.mapping import keeping
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.making import Making
@@ -62,6 +63,25 @@ def test_a_drive_becomes_a_map_with_its_name(maker: Chair) -> None:
     # Walls lie along the axes: at a slant they would fill all rows and columns alike.
     occupied = home.grid.occupied
     assert max(occupied.sum(axis=0).max(), occupied.sum(axis=1).max()) > 50
+
+
+def test_it_notes_what_drives_find_and_knows_its_place_through_a_change(
+    maker: Chair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(keeping, "_STORED_S", 1.0)
+    maker.go(3.0)
+    assert maker.told.newest["state"] == "known"
+    store = MapStore(maker.folder)
+    assert store.ledger_path("a").exists()
+    grid = store.get("a").map.grid  # type: ignore[union-attr]
+    hits = grid.hits.copy()
+    hits[0, 0] += 1
+    other = OccupancyGrid(grid.cell_m, grid.low_m, hits, grid.passes)
+    assert store.update("a", grid, other, "2026-11-23T10:00:00Z")
+    states = set()
+    maker.go(3.0, lambda _: states.add(maker.told.newest["state"]))
+    assert states == {"known"}
+    assert maker.told.newest["fix"]["map"] == "a"
 
 
 def test_the_chair_is_found_in_its_map_and_in_no_other(found: Chair) -> None:
