@@ -16,7 +16,7 @@ from flask import Flask, Response, jsonify, request, send_from_directory
 from flask_sock import Sock
 from PIL import Image, ImageDraw
 from simple_websocket import ConnectionClosed, Server
-from werkzeug.serving import make_server
+from werkzeug.serving import WSGIRequestHandler, make_server
 from wsproto.events import CloseConnection
 from wsproto.utilities import LocalProtocolError
 
@@ -31,7 +31,10 @@ from patience import PATIENCE_S, wait_until
 
 WEB = gazesetup.ROOT / "web"
 KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
-STOP_POLL_S = 0.02
+CONTENT_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:;"
+    " connect-src 'self'"
+)
 WELCOME = {
     "k": "welcome",
     "role": "driver",
@@ -91,8 +94,44 @@ def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:
 
 
 @functools.cache
-def _minified(name: str) -> str:
-    return minified((WEB / name).read_text("utf-8"), Path(name).suffix)
+def _file(path: str) -> tuple[str, bytes] | None:
+    """The kind and the bytes of a file under this path of the address, if there is one."""
+    folder, _, name = path.lstrip("/").partition("/")
+    if folder == "static" and (WEB / name).is_file():
+        kind = Path(name).suffix
+        text = minified((WEB / name).read_text("utf-8"), kind)
+        return f"{KINDS[kind]}; charset=utf-8", text.encode()
+    if folder == "strings" and (WEB / folder / name).is_file():
+        return "application/json", (WEB / folder / name).read_bytes()
+    return None
+
+
+class Requests(WSGIRequestHandler):
+    """Sends files from memory, on connections that stay open; the application does the rest.
+
+    A page loads about 40 files, and the tests load a page some hundred times.
+    """
+
+    protocol_version = "HTTP/1.1"
+    wbufsize = -1  # an answer is one packet
+
+    def run_wsgi(self) -> None:
+        file = _file(self.path.partition("?")[0]) if self.command == "GET" else None
+        if file is None:
+            super().run_wsgi()
+            self.close_connection = True  # it may have been a WebSocket
+            return
+        kind, data = file
+        self.send_response(200)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(data)))
+        self.send_header("Cache-Control", "no-cache")
+        self.send_header("Content-Security-Policy", CONTENT_POLICY)
+        self.end_headers()
+        self.wfile.write(data)
+
+    def log_request(self, code: int | str = "-", size: int | str = "-") -> None:
+        """Nobody reads it."""
 
 
 def _ended(app: Flask) -> Callable[..., Any]:
@@ -130,12 +169,22 @@ class FakeHost:
         self.profiles = Profiles(Path(self._folder.name), table)
         self._sockets: dict[str, list[Server]] = {"control": [], "video": []}
         self._lock = threading.Lock()
-        self._server = make_server("127.0.0.1", 0, _ended(self._application()), threaded=True)
-        self.url = f"http://127.0.0.1:{self._server.server_port}/"
-        self._thread = threading.Thread(
-            target=self._server.serve_forever, args=(STOP_POLL_S,), name="fake host"
+        self._server = make_server(
+            "127.0.0.1",
+            0,
+            _ended(self._application()),
+            threaded=True,
+            request_handler=Requests,
         )
+        self._stopped = False
+        self.url = f"http://127.0.0.1:{self._server.server_port}/"
+        self._thread = threading.Thread(target=self._listen, name="fake host")
         self._thread.start()
+
+    def _listen(self) -> None:
+        """Takes connections until it is stopped, which a last connection tells it."""
+        while not self._stopped:
+            self._server.handle_request()
 
     def _application(self) -> Flask:
         app = Flask("fakehost", static_folder=None)
@@ -149,10 +198,6 @@ class FakeHost:
         @app.get("/<any(caretaker, pair):name>")
         def other_page(name: str) -> Response:
             return send_from_directory(WEB, f"{name}.html")
-
-        @app.get("/static/<name>")
-        def static_file(name: str) -> Response:
-            return Response(_minified(name), mimetype=KINDS[Path(name).suffix])
 
         @app.get("/profiles")
         def profiles() -> Response:
@@ -191,16 +236,9 @@ class FakeHost:
             self.posted.append((f"/{path}", request.get_json()))
             return self._reply(f"POST /{path}")
 
-        @app.get("/strings/<name>")
-        def strings(name: str) -> Response:
-            return send_from_directory(WEB / "strings", name)
-
         @app.after_request
         def strict(answer: Response) -> Response:
-            answer.headers["Content-Security-Policy"] = (
-                "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:;"
-                " connect-src 'self'"
-            )
+            answer.headers["Content-Security-Policy"] = CONTENT_POLICY
             return answer
 
         @sock.route("/ws/control")
@@ -289,7 +327,8 @@ class FakeHost:
 
     def stop(self) -> None:
         self.cut()
-        self._server.shutdown()
+        self._stopped = True
+        socket.create_connection(self._server.server_address).close()
         self._thread.join(PATIENCE_S)
         self._server.server_close()
         self._folder.cleanup()

@@ -2,6 +2,15 @@
 
 SCREENS = [(1920, 1080), (1366, 768), (1024, 768)]
 
+
+def on_every_screen(page, sizes=SCREENS):
+    """Each screen's size, the page being shown on it."""
+    for width, height in sizes:
+        page.set_viewport_size({"width": width, "height": height})
+        page.evaluate("new Promise(spied.frame)")  # the page hears of its size with a frame
+        yield width, height
+
+
 # Share of the screen, on a grid, that is one piece around the middle and under no target.
 REST = """
 async () => {

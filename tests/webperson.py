@@ -72,17 +72,21 @@ class Driver:
         """Lets time pass until the page says that its link is alive."""
 
         def linked() -> bool:
-            self.run_for(25)
-            if self.host.connected("control"):
-                self.host.say_state()
-            return self.data("link") == "ok" and self.host.connected("video")
+            self.host.now_ms += 25
+            if not self.page.evaluate("spied.reach()") or not self.host.connected("control"):
+                return False
+            return self._takes(self.host.say_state(), []) and self.data("link") == "ok"
 
         wait_until(linked, "the page's link")
+        wait_until(
+            lambda: self.host.connected("video") or self.page.evaluate("false"),
+            "the link of its picture",
+        )
 
     def run_for(self, ms: int) -> None:
         """Lets `ms` pass on the page's clock and the host's; the host says nothing."""
         self.host.now_ms += ms
-        self.page.clock.run_for(ms)
+        self.page.evaluate("ms => spied.run(ms)", ms)
 
     def wait_until(self, condition: Callable[[], Any], what: str) -> None:
         """Lets Playwright deliver events (requests, routes), which it does only during calls."""
@@ -119,8 +123,8 @@ class Driver:
             token = self.host.say_state()
             said = [[at, self.host.coming_state(at)] for at in range(100, part_ms, 100)]
             moves = [] if spot is None else self._trembles(part_ms, *spot)
-            self._taken_in(token, there, {"said": said, "moves": moves})
-            self.run_for(part_ms)
+            self._taken_in(token, there, {"said": said, "moves": moves, "ms": part_ms})
+            self.host.now_ms += part_ms
             there = []
 
     def spot(self, where: str | tuple[float, float]) -> tuple[float, float]:
@@ -140,17 +144,12 @@ class Driver:
     def _taken_in(
         self, token: int, there: list[float], coming: dict[str, Any] | None = None
     ) -> None:
-        # Chromium delivers a move with its next frame, which is late on a busy machine: a page
-        # whose time passes without any move would take the gaze as lost.
-        arrived = """async ([token, xs, coming]) => {
-            const all = spied.token >= token && xs.every(x => Math.abs(spied.x - x) < 1);
-            if (!all || !coming) return all;
-            await spied.answered();
-            spied.plan(coming);
-            return true;
-        }"""
-        plan = [token, there, coming]
-        wait_until(lambda: self.page.evaluate(arrived, plan), "state and look to arrive")
+        # A page whose time passes without any move would take the gaze as lost.
+        wait_until(lambda: self._takes(token, there, coming), "state and look to arrive")
+
+    def _takes(self, *news: Any) -> bool:
+        taken: bool = self.page.evaluate("news => spied.take(...news)", news)
+        return taken
 
     def _tremble(self, x: float, y: float) -> float:
         """Moves the pointer there in the browser; returns its x."""

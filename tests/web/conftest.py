@@ -12,16 +12,22 @@ from webperson import CARETAKER, Driver, save
 
 # Counts what reached the page, lets a test speak on the page's own sockets, and repeats there what
 # came before: the host's states and the pointer's moves, each after some ms on the page's clock.
+# What a test waits for, the page waits for in one call: a thousand questions cost much.
 SPY = """
 window.spied = {token: 0, revision: null, sockets: [], x: -1, move: null};
 spied.frame = requestAnimationFrame.bind(window);  // the browser's own
+const realTimeout = setTimeout;
+const soon = () => new Promise((late) => realTimeout(late, 1000, false));
+let check = null;
+const news = () => check && realTimeout(() => check?.());  // when the page has taken it in
 addEventListener("pointermove", (event) => {
   spied.x = event.clientX;
   if (event.isTrusted) spied.move = event;
+  news();
 }, true);
+const control = (open) => spied.sockets.findLast((s) => s.url.endsWith("control") && open(s));
 spied.say = (data) => {
-  const open = (s) => s.url.endsWith("control") && s.readyState === 1;
-  spied.sockets.findLast(open)?.dispatchEvent(new MessageEvent("message", { data }));
+  control((s) => s.readyState === 1)?.dispatchEvent(new MessageEvent("message", { data }));
 };
 spied.look = (clientX, clientY) => {
   const { pointerId, pointerType, isPrimary, buttons, target } = spied.move;
@@ -32,9 +38,45 @@ spied.look = (clientX, clientY) => {
     bubbles: true, cancelable: true, composed: true,
   }));
 };
-spied.plan = ({ said, moves }) => {
-  for (const [ms, text] of said) setTimeout(spied.say, ms, text);
-  for (const [ms, x, y] of moves) ms ? setTimeout(spied.look, ms, x, y) : spied.look(x, y);
+// Lets time pass. Its sum outlives the page, as Playwright's own log of the clock does.
+spied.run = (ms) => {
+  window.name = Number(window.name) + ms;
+  return __pwClock.controller.runFor(ms);
+};
+// The page takes in the state with this token and the looks at `xs`, then lets `ms` pass with what
+// is to come. False when that state or look did not come: Chromium moves with its next frame.
+spied.take = async (token, xs, coming) => {
+  const taken = () => spied.token >= token && xs.every((x) => Math.abs(spied.x - x) < 1);
+  if (!taken()) {
+    const come = new Promise((done) => (check = () => taken() && done(true)));
+    const came = await Promise.race([come, soon()]);
+    check = null;
+    if (!came) return false;
+  }
+  if (!coming) return true;
+  await spied.answered();
+  for (const [at, text] of coming.said) setTimeout(spied.say, at, text);
+  for (const [at, x, y] of coming.moves) at ? setTimeout(spied.look, at, x, y) : spied.look(x, y);
+  await spied.run(coming.ms);
+  return true;
+};
+// The page begins, and tries to reach its host. True while its socket is open.
+spied.reach = async () => {
+  const ready = () => document.body?.dataset.ready;
+  if (!ready()) {
+    const begun = new Promise((done) => {
+      const watch = new MutationObserver(() => ready() && done(watch.disconnect()));
+      watch.observe(document, { subtree: true, attributeFilter: ["data-ready"] });
+    });
+    await Promise.race([begun, soon()]);
+  }
+  await spied.run(25);
+  const socket = control(() => true);
+  const settled = new Promise((done) => {
+    for (const kind of ["open", "close"]) socket?.addEventListener(kind, done);
+  });
+  if (socket?.readyState === 0) await Promise.race([settled, soon()]);
+  return socket?.readyState === 1;
 };
 const Plain = WebSocket;
 window.WebSocket = class extends Plain {
@@ -43,15 +85,14 @@ window.WebSocket = class extends Plain {
     spied.sockets.push(this);
     this.addEventListener("message", ({data}) => {
       if (typeof data === "string") spied.token = JSON.parse(data).token ?? spied.token;
+      news();
     });
   }
 };
-const plainFetch = window.fetch, realTimeout = setTimeout;
+const plainFetch = window.fetch;
 spied.asked = new Set();  // what is not yet answered
 // What was asked has been answered; not that which a test holds back.
-spied.answered = () => Promise.race([
-  Promise.all(spied.asked), new Promise((late) => realTimeout(late, 1000)),
-]);
+spied.answered = () => Promise.race([Promise.all(spied.asked), soon()]);
 window.fetch = async (...asked) => {
   const coming = plainFetch(...asked);
   const whole = coming.then((answer) => answer.clone().text()).catch(() => null);
@@ -67,6 +108,8 @@ window.fetch = async (...asked) => {
   return answer;
 };
 """
+# The time that has passed on a page before this one in the same window.
+PASSED = "__pwClock.controller.log('runFor', 0, Number(window.name))"
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +142,7 @@ def page(chromium: Browser) -> Iterator[Page]:
     fresh.on("console", lambda line: wrong.append(line.text) if "Security" in line.text else None)
     fresh.clock.install(time=0)
     fresh.clock.pause_at(100)  # no machine stalls for that long until then
+    context.add_init_script(PASSED)
     yield fresh
     context.close()
     assert wrong == []

@@ -3,7 +3,7 @@
 import pytest
 
 from fakehost import OFF, FakeHost, picture
-from pagelooks import OVERFLOWING, REST, SCREENS
+from pagelooks import OVERFLOWING, REST, SCREENS, on_every_screen
 from patience import wait_until
 from webperson import Driver
 
@@ -11,13 +11,6 @@ pytestmark = pytest.mark.browser
 
 DRIVE = ["forward", "left", "right", "backward"]
 TARGETS = [*DRIVE, "stop", "arm", "mode", "menu", "help"]
-
-
-def on_every_screen(page):
-    """Each screen's size, the page being shown on it."""
-    for width, height in SCREENS:
-        page.set_viewport_size({"width": width, "height": height})
-        yield width, height
 
 
 @pytest.fixture(params=[False, True], ids=["", "backward"])

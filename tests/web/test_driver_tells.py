@@ -93,14 +93,14 @@ def test_an_arming_that_succeeds_says_nothing(driver):
     assert not driver.page.locator("#hint").is_visible()
 
 
-@pytest.mark.parametrize(
-    ("what", "reason", "words"),
-    [("cmd", "not_owner", "Iemand anders"), ("arm", "stale_token", "te traag")],
-)
-def test_a_refusal_of_the_host_says_why(driver, host, what, reason, words):
-    host.say({"k": "refused", "what": what, "reason": reason, "detail": "for the log"})
-    driver.state()
-    assert words in banner(driver)[1]
+def test_a_refusal_of_the_host_says_why(driver, host):
+    for what, reason, words in (
+        ("cmd", "not_owner", "Iemand anders"),
+        ("arm", "stale_token", "te traag"),
+    ):
+        host.say({"k": "refused", "what": what, "reason": reason, "detail": "for the log"})
+        driver.state()
+        assert words in banner(driver)[1]
 
 
 def test_a_refusal_said_again_stays_and_touches_nothing(driver, host):
@@ -124,16 +124,15 @@ def test_a_tap_in_continuous_mode_is_explained(driver):
     assert "Houd ingedrukt" in banner(driver)[1]
 
 
-@pytest.mark.parametrize("level", ["ok", "warning", "error"])
-def test_the_corner_says_how_things_are(driver, level):
-    key, words = {
-        "ok": ("ok", "Alles in orde."),
-        "warning": ("camera_lost", "De camera geeft geen beeld."),
-        "error": ("lidar_lost", "De obstakelsensor is niet verbonden."),
-    }[level]
-    driver.state(level=level, message=key)
-    assert words in driver.text("#status")
-    assert driver.page.locator("#status").get_attribute("data-level") == level
+def test_the_corner_says_how_things_are(driver):
+    for level, key, words in (
+        ("warning", "camera_lost", "De camera geeft geen beeld."),
+        ("ok", "ok", "Alles in orde."),
+        ("error", "lidar_lost", "De obstakelsensor is niet verbonden."),
+    ):
+        driver.state(level=level, message=key)
+        assert words in driver.text("#status")
+        assert driver.page.locator("#status").get_attribute("data-level") == level
 
 
 def test_the_obstacle_line_has_a_colour_and_a_word_for_each_segment(driver):
@@ -149,7 +148,8 @@ def test_the_obstacle_line_has_a_colour_and_a_word_for_each_segment(driver):
     assert len(set(looks)) == 3
 
 
-ALL_SEEN = dict.fromkeys(("forward", "backward", "left", "right"), "seen")
+DIRECTIONS = ("forward", "backward", "left", "right")
+ALL_SEEN = dict.fromkeys(DIRECTIONS, "seen")
 
 
 def test_the_obstacle_line_tells_distances_when_the_host_does(driver):
@@ -162,18 +162,20 @@ def test_the_obstacle_line_tells_distances_when_the_host_does(driver):
     assert words == ["Links\nvrij\n95°", "Voor langzaam 1,2 m", "Rechts\nbezet\n0°"]
 
 
-@pytest.mark.parametrize(("view", "word"), [("unseen", "niet gezien"), ("blind", "zicht weg")])
-def test_what_is_not_seen_is_said_and_looks_like_it(driver, view, word):
-    driver.state(
-        decisions={"left": "free", "forward": "blocked", "right": "unknown", "backward": "free"},
-        clearance={"forward": 0.0, "backward": None, "left": None, "right": None},
-        view={**ALL_SEEN, "forward": view, "left": view},
-    )
-    assert driver.text("#line-front .tag").split() == ["Voor", *word.split()]
-    assert driver.text("#line-left .tag").split() == ["Links", "vrij", *word.split()]
-    assert driver.page.locator("#line-front").get_attribute("data-decision") == view
-    look = "getComputedStyle(document.querySelector('#line-left .bar')).backgroundImage"
-    assert "repeating" in driver.page.evaluate(look)
+def test_what_is_not_seen_is_said_and_looks_like_it(driver):
+    for view, word in (("unseen", "niet gezien"), ("blind", "zicht weg")):
+        driver.state(
+            decisions=dict(zip(DIRECTIONS, ("blocked", "free", "free", "unknown"), strict=True)),
+            clearance={"forward": 0.0, "backward": None, "left": None, "right": None},
+            view={**ALL_SEEN, "forward": view, "left": view},
+        )
+        assert driver.text("#line-front .tag").split() == ["Voor", *word.split()]
+        assert driver.text("#line-left .tag").split() == ["Links", "vrij", *word.split()]
+        assert driver.page.locator("#line-front").get_attribute("data-decision") == view
+        look = "getComputedStyle(document.querySelector('#line-left .bar')).backgroundImage"
+        assert "repeating" in driver.page.evaluate(look)
+        driver.state(view=ALL_SEEN)
+        assert "repeating" not in driver.page.evaluate(look)
 
 
 def test_the_simulation_banner_shows_whenever_the_host_simulates(driver, host):

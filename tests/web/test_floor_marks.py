@@ -1,5 +1,6 @@
 """Marks on the floor, tapped on a phone: the page's marks give the camera's true calibration."""
 
+import functools
 import io
 import math
 from itertools import pairwise
@@ -13,6 +14,7 @@ from gazechair.first_drive.floor_marks import FloorMarks, marks_of
 from gazechair.picture.floor_store import FloorStore
 from gazesim.floor_view import Eye, Floor, FloorView
 from layoutshift import WATCH, take
+from pagelooks import on_every_screen
 from patience import wait_until
 
 pytestmark = pytest.mark.browser
@@ -30,6 +32,7 @@ LINES = [{"m": 2.0, "px": [[0.1, 0.55], [0.5, 0.5], [0.9, 0.55]]}]
 PLACES = [(1.2, 0.3), (1.2, -0.3), (1.8, 0.5), (1.8, -0.5), (2.5, 0.7), (2.5, -0.7), (2.0, 0.0)]
 
 
+@functools.cache
 def marked_floor():
     """A picture of a floor with sheets of paper on it."""
     image = Image.open(io.BytesIO(FloorView(EYE, Floor()).jpeg(0.0, 0.0, 0.0)))
@@ -220,21 +223,20 @@ def test_what_is_said_over_the_picture_is_no_mark_and_a_stop_stays_a_stop(markin
     assert marking.person.heard("stop")
 
 
-@pytest.mark.parametrize("size", [(360, 640), (390, 844), (844, 390), (1280, 800)], ids=str)
-def test_picture_words_and_buttons_have_room(marking, size):
+def test_picture_words_and_buttons_have_room(marking):
     page = marking.page
-    page.set_viewport_size({"width": size[0], "height": size[1]})
-    marking.open()
-    foot = page.locator("footer").bounding_box()
-    boxes = [marking.box()] + [
-        one.bounding_box() for one in page.locator("#marking .panel > *").all()
-    ]
-    assert all(box["width"] > 100 for box in boxes)
-    assert boxes[0]["width"] / boxes[0]["height"] == pytest.approx(4 / 3, abs=0.02)
-    assert boxes[0]["y"] + boxes[0]["height"] <= foot["y"] + 1
-    assert all(a["y"] + a["height"] <= b["y"] + 1 for a, b in pairwise(boxes[1:]))
-    page.locator("#marking button", has_text="Sluiten").scroll_into_view_if_needed()
-    marking.press("Sluiten")
+    for size in on_every_screen(page, [(360, 640), (390, 844), (844, 390), (1280, 800)]):
+        marking.open()
+        foot = page.locator("footer").bounding_box()
+        boxes = [marking.box()] + [
+            one.bounding_box() for one in page.locator("#marking .panel > *").all()
+        ]
+        assert all(box["width"] > 100 for box in boxes), size
+        assert boxes[0]["width"] / boxes[0]["height"] == pytest.approx(4 / 3, abs=0.02), size
+        assert boxes[0]["y"] + boxes[0]["height"] <= foot["y"] + 1, size
+        assert all(a["y"] + a["height"] <= b["y"] + 1 for a, b in pairwise(boxes[1:])), size
+        page.locator("#marking button", has_text="Sluiten").scroll_into_view_if_needed()
+        marking.press("Sluiten")
 
 
 class Touched:

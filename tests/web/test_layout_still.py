@@ -18,6 +18,7 @@ SCREENS = [(TABLET, "nl"), (UPRIGHT, "nl"), (FLAT, "nl"), (UPRIGHT, "en")]
 WORDS = json.loads((gazesetup.ROOT / "web/strings/nl.json").read_text("utf-8"))["messages"]
 LONGEST = sorted(WORDS, key=lambda key: len(WORDS[key]["text"] + WORDS[key]["do"]))
 DRIVE = ("forward", "backward", "left", "right")
+FRAME = "new Promise(spied.frame)"
 LONG_NAME = "Maximiliaan Alexander van den Heuvel-Ber"
 MINE = {"state": "armed", "you": True, "owner": "driver"}
 OTHERS = {"state": "armed", "you": False, "owner": "caretaker"}
@@ -106,7 +107,7 @@ class Life:
         """Lets `ms` pass; the browser renders every 100 ms of it."""
         for _ in range(0, ms, 100):
             self.person.advance(100)
-            self.person.page.evaluate("new Promise(spied.frame)")
+            self.person.page.evaluate(FRAME)
 
     def news(self) -> None:
         for news in NEWS:
@@ -183,10 +184,9 @@ def test_nothing_on_the_drivers_page_moves(page, host, language):
     page.locator("#tile-2").click()
     wait_until(lambda: person.text("#eyes-left"), "the eye test")
     life.look("the eye test")
-    for _ in range(80):
-        person.state()
-        person.look((0.5, 0.5))
-        person.run_for(300)
+    for _ in range(24):  # every second that it says is on the screen
+        person.advance(1000, look=(0.5, 0.5))
+        page.evaluate(FRAME)
     life.look("tested")
     page.locator("#back").click()
     page.locator("#tile-1").click()

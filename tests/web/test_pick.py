@@ -3,11 +3,10 @@
 import pytest
 
 from fakehost import picture
-from pagelooks import OVERFLOWING, REST, SCREENS
+from pagelooks import OVERFLOWING, REST, on_every_screen
 from patience import wait_until
 from pluginrows import WELL, offer
 from plugintiles import more
-from webperson import Driver
 
 pytestmark = pytest.mark.browser
 
@@ -253,17 +252,19 @@ def test_an_old_picture_shows_nothing_to_choose(driver, host):
     assert told(driver) == []
 
 
-@pytest.mark.parametrize("size", SCREENS, ids=str)
-def test_the_view_keeps_the_rules(page, host, size):
-    page.set_viewport_size({"width": size[0], "height": size[1]})
-    person = Driver(page, host)
-    person.open()
+def test_the_view_keeps_the_rules(driver, page, host):
     host.show(picture(), 1)
     wait_until(lambda: host.acknowledged, "the picture")
-    before = page.locator("#stop").bounding_box()
-    opened(person)
-    ready(person)
-    assert page.locator("#stop").bounding_box() == before
-    assert page.evaluate(OVERFLOWING) == []
-    assert page.evaluate(REST) >= 0.35
-    person.screenshot(f"driver-pick-{size[0]}")
+    for width, _ in on_every_screen(page):
+        before = page.locator("#stop").bounding_box()
+        opened(driver)
+        ready(driver)
+        assert page.locator("#stop").bounding_box() == before
+        assert page.evaluate(OVERFLOWING) == []
+        assert page.evaluate(REST) >= 0.35
+        driver.screenshot(f"driver-pick-{width}")
+        page.locator("#pick-back").click()
+        driver.state(spot=None)
+        page.locator("#mode").click()  # from the page of modes to the directions
+        driver.advance(100)
+        assert driver.data("view") == "drive"

@@ -3,7 +3,7 @@
 import pytest
 
 from fakehost import picture
-from pagelooks import OVERFLOWING, REST, SCREENS
+from pagelooks import OVERFLOWING, REST, on_every_screen
 from patience import wait_until
 from pluginrows import WELL, lost, mode, offer
 from plugintiles import AHEAD, FOLLOW, HOME, TWENTY, begin, more, moves, shown, tiled
@@ -19,40 +19,38 @@ def boxes(person):
     return {name: person.page.locator(f"#{name}").bounding_box() for name in shown(person)}
 
 
-@pytest.mark.parametrize("size", SCREENS, ids=str)
 @pytest.mark.parametrize("backward", [False, True], ids=["", "backward"])
-def test_twenty_modes_have_pages_of_three_and_every_page_keeps_the_rules(
-    page, host, size, backward
-):
-    page.set_viewport_size({"width": size[0], "height": size[1]})
+def test_twenty_modes_have_pages_of_three_and_every_page_keeps_the_rules(page, host, backward):
     host.welcome["backward"] = backward
     person = Driver(page, host)
     person.open()
-    before = boxes(person)
+    without = {size: boxes(person) for size in on_every_screen(page)}
     tiled(person, *TWENTY)
-    assert ("plugin-0" in shown(person)) == (not backward)
-    now = boxes(person)
-    assert {name: now[name] for name in now if name in before} == {
-        name: box for name, box in before.items() if name in now
-    }
-    more(person)
-    seen = []
-    for _ in range(7):
-        found = boxes(person)
-        assert len(found) <= 7
-        assert found["stop"] == before["stop"]
-        assert page.evaluate(REST) >= 0.35
-        assert page.evaluate(OVERFLOWING) == []
-        tiles = [name for name in found if name.startswith("plugin")]
-        for name in tiles:
-            assert found[name]["width"] >= 390 / 1920 * size[0]
-            seen.append(page.locator(f"#{name} .label").text_content())
-        page.locator("#next").click()
-        person.advance(50)
-    assert seen == [row["names"]["nl"] for row in TWENTY]
-    assert page.locator("#plugin-1 .label").text_content() == "Mode0"
-    page.locator("#mode").click()
-    assert boxes(person) == now
+    for size in on_every_screen(page):
+        before = without[size]
+        assert ("plugin-0" in shown(person)) == (not backward)
+        now = boxes(person)
+        assert {name: now[name] for name in now if name in before} == {
+            name: box for name, box in before.items() if name in now
+        }
+        more(person)
+        seen = []
+        for _ in range(7):
+            found = boxes(person)
+            assert len(found) <= 7
+            assert found["stop"] == before["stop"]
+            assert page.evaluate(REST) >= 0.35
+            assert page.evaluate(OVERFLOWING) == []
+            tiles = [name for name in found if name.startswith("plugin")]
+            for name in tiles:
+                assert found[name]["width"] >= 390 / 1920 * size[0]
+                seen.append(page.locator(f"#{name} .label").text_content())
+            page.locator("#next").click()
+            person.advance(50)
+        assert seen == [row["names"]["nl"] for row in TWENTY]
+        assert page.locator("#plugin-1 .label").text_content() == "Mode0"
+        page.locator("#mode").click()
+        assert boxes(person) == now
 
 
 def test_the_page_of_modes_drives_and_directions_are_not_behind_it(driver, host, artefact):

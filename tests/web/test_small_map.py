@@ -1,5 +1,7 @@
 """The driver's small map: calm, no target, shown only where the status leaves room."""
 
+from itertools import cycle
+
 import pytest
 
 from layoutshift import WATCH, take
@@ -14,8 +16,8 @@ def drawn_on(page) -> str:
     return page.evaluate("document.getElementById('small-map').toDataURL()")
 
 
-def picture_came(page) -> None:
-    """Wait until the small map has drawn its picture."""
+def picture_came(driver) -> None:
+    """Wait until the small map has drawn its picture: with the chair's next move at the latest."""
     some = """() => {
       const canvas = document.getElementById("small-map");
       const { width, height } = canvas;
@@ -23,7 +25,18 @@ def picture_came(page) -> None:
       const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
       return data.some((part) => part > 0);
     }"""
-    wait_until(lambda: page.evaluate(some), "the picture")
+    moves = cycle((0.1, 0.0))
+
+    def drawn() -> bool:
+        if driver.page.evaluate(some):
+            return True
+        where = {**WHERE, "x": WHERE["x"] + next(moves)}
+        for _ in range(5):
+            driver.state(where=where)
+            driver.run_for(500)
+        return False
+
+    wait_until(drawn, "the picture")
 
 
 def drawn_at(driver, where) -> str:
@@ -54,7 +67,7 @@ def test_a_driver_sees_a_small_map_that_is_calm_and_no_target(driver):
     at = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     under = "([x, y]) => document.elementFromPoint(x, y).closest('#small-map') === null"
     assert page.evaluate(under, at)
-    picture_came(page)
+    picture_came(driver)
     # The chair on it has just moved, whenever that was.
     for x in (3.5, 2.5):
         was = drawn_at(driver, WHERE)
@@ -136,7 +149,7 @@ def test_the_way_to_a_spot_is_on_the_small_map_before_it_is_gone(driver):
     wait_until(seen, "the small map")
     page.evaluate("document.body.dataset.view = 'pick'")
     assert small.is_visible()
-    picture_came(page)
+    picture_came(driver)
     tell()
     bare = drawn_on(page)
     goal = {"map": "a1", "x": 4.5, "y": 2.0}
