@@ -39,20 +39,20 @@ export class MapView {
     );
     if (!loaded || image !== this.#coming) return loaded;
     [this.#image, this.#place] = [image, place];
-    this.#draw();
+    this.draw();
     return true;
   }
 
   /** Shows nothing, for another map. */
   clear() {
     this.#image = this.#coming = null;
-    this.#draw();
+    this.draw();
   }
 
   /** The drawn items; `draft`: points being tapped. */
   show(drawing, draft) {
     [this.#drawing, this.#draft] = [drawing, draft];
-    this.#draw();
+    this.draw();
   }
 
   /** The auto motion: `way` and `goal` of the host's `going`, or null. */
@@ -60,14 +60,14 @@ export class MapView {
     const on = going && !["arrived", "ended"].includes(going.state) ? going : null;
     if (JSON.stringify(on?.way) === JSON.stringify(this.#going?.way)) return;
     this.#going = on;
-    this.#draw();
+    this.draw();
   }
 
   /** The chair: x, y, heading, or null. */
   chair(where) {
     const before = JSON.stringify(this.#where);
     this.#where = where;
-    if (JSON.stringify(where) !== before) this.#draw();
+    if (JSON.stringify(where) !== before) this.draw();
   }
 
   /** Canvas pixels per metre, and the corner of the picture. */
@@ -94,7 +94,8 @@ export class MapView {
     return [this.#place.x + x / pixels, this.#place.y + (high - y) / pixels];
   }
 
-  #draw() {
+  /** Draws it anew, in the size that the canvas has now. */
+  draw() {
     const canvas = this.#canvas;
     const ratio = globalThis.devicePixelRatio ?? 1;
     const size = [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);

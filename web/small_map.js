@@ -32,7 +32,11 @@ function look() {
 }
 new MutationObserver(look).observe(status, { childList: true, subtree: true, attributes: true });
 addEventListener("resize", look);
-link.onload = look; // now the canvas has its place
+// Now the canvas has its place and its size.
+link.onload = () => {
+  look();
+  view.draw();
+};
 
 /** The chair's pose from the host (null: not known), and its present or planned path. */
 export function show(where, _strings, { going, spot }) {

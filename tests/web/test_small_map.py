@@ -1,7 +1,5 @@
 """The driver's small map: calm, no target, shown only where the status leaves room."""
 
-from itertools import cycle
-
 import pytest
 
 from layoutshift import WATCH, take
@@ -16,8 +14,8 @@ def drawn_on(page) -> str:
     return page.evaluate("document.getElementById('small-map').toDataURL()")
 
 
-def picture_came(driver) -> None:
-    """Wait until the small map has drawn its picture: with the chair's next move at the latest."""
+def picture_came(page) -> None:
+    """Wait until the small map has drawn its picture."""
     some = """() => {
       const canvas = document.getElementById("small-map");
       const { width, height } = canvas;
@@ -25,18 +23,7 @@ def picture_came(driver) -> None:
       const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
       return data.some((part) => part > 0);
     }"""
-    moves = cycle((0.1, 0.0))
-
-    def drawn() -> bool:
-        if driver.page.evaluate(some):
-            return True
-        where = {**WHERE, "x": WHERE["x"] + next(moves)}
-        for _ in range(5):
-            driver.state(where=where)
-            driver.run_for(500)
-        return False
-
-    wait_until(drawn, "the picture")
+    wait_until(lambda: page.evaluate(some), "the picture")
 
 
 def drawn_at(driver, where) -> str:
@@ -67,7 +54,7 @@ def test_a_driver_sees_a_small_map_that_is_calm_and_no_target(driver):
     at = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     under = "([x, y]) => document.elementFromPoint(x, y).closest('#small-map') === null"
     assert page.evaluate(under, at)
-    picture_came(driver)
+    picture_came(page)
     # The chair on it has just moved, whenever that was.
     for x in (3.5, 2.5):
         was = drawn_at(driver, WHERE)
@@ -112,6 +99,7 @@ def test_a_style_sheet_that_comes_after_the_map_hides_nothing(driver):
     driver.wait_until(open_but_for_that, "the map")
     held[0].continue_()
     driver.wait_until(small.is_visible, "the small map")
+    picture_came(page)
 
 
 def test_a_map_that_does_not_come_is_asked_for_again(driver):
@@ -149,7 +137,7 @@ def test_the_way_to_a_spot_is_on_the_small_map_before_it_is_gone(driver):
     wait_until(seen, "the small map")
     page.evaluate("document.body.dataset.view = 'pick'")
     assert small.is_visible()
-    picture_came(driver)
+    picture_came(page)
     tell()
     bare = drawn_on(page)
     goal = {"map": "a1", "x": 4.5, "y": 2.0}

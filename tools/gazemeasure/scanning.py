@@ -53,7 +53,7 @@ _BEGIN = """async ([mine, mode]) => {
   });
   const hits = { has: (name) => document.getElementById(name) !== null, at: () => null };
   const moving = () => targets.holding || moves;
-  const scan = new SwitchScan(targets, hits, { moving, used() {} });
+  const scan = new SwitchScan(targets, hits, { moving, used() {}, needs() {} });
   targets.setTimes(50, 300);
   targets.configure(mine);
   targets.setMode(mode, 0);
