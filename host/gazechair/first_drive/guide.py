@@ -30,9 +30,10 @@ from gazechair.people.profiles import Profiles
 from gazechair.sensing.lidar.mask import LEAST_SCANS
 from gazechair.sensing.lidar.recorded import BEAMS
 from gazechair.sensing.lidar.scan import Scan
-from gazechair.service.board_settings import BoardSettings, SettingRefused, SettingsError
+from gazechair.service.board_settings import BoardSettings, SettingRefused
 from gazechair.service.calibrate import JoystickCalibration
 from gazechair.service.lidar_tools import learned_mask
+from gazechair.service.stored_setting import store
 from gazechair.service.tune import StoppedError
 from gazechair.service.tune.armed_session import Hands
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
@@ -332,18 +333,7 @@ class Guide:
     def _profile(self, row: Any) -> None:
         if type(row) is not int or not 0 <= row < len(PROFILES):
             raise StepRefused("setting_out_of_range")
-        board, at = BoardSettings(self._link), index_of("profile")
-        before, saving = board.get(at), False
-        try:
-            board.set(at, row)
-            saving = True
-            board.save()
-        except SettingsError as error:
-            board.set(at, before)
-            # What was refused is not in the flash; what was not answered may be.
-            if saving and not isinstance(error, SettingRefused):
-                board.save()
-            raise
+        store(BoardSettings(self._link), index_of("profile"), row)
         self._record.keep("profile", PROFILES[row])
 
     def _relay(self, _: Any) -> None:

@@ -171,10 +171,6 @@ class Mission:
         self._asked = self._step(now_s, put_out)
         return self._asked
 
-    def waits(self, put_out: Stick) -> None:
-        """Account for a period without a step, in which a plan was made."""
-        self._follower.moved(put_out, None, None)
-
     def _step(self, now_s: float, put_out: Stick) -> Stick:
         at = self._located
         if self.goal is None or self.state == ARRIVED:

@@ -136,8 +136,7 @@ class LineProducer(SpotProducer):
         most_rad_s = math.radians(min(numbers.left_deg_s, numbers.right_deg_s))
         delay_s = numbers.dead_s + numbers.lag_s
         try:
-            most = numbers.most_m_s, most_rad_s
-            follower = LineFollower(camera, *most, delay_s, self._front_m)
+            follower = LineFollower(camera, numbers.most_m_s, most_rad_s, delay_s, self._front_m)
         except ValueError:
             self._refused = NOT_SEEN  # this camera shows no floor ahead
             return

@@ -249,8 +249,8 @@ class Drive:
             small = self.camera.scaled(WIDTH_PX)
             numbers = self._numbers
             most_rad_s = math.radians(min(numbers.left_deg_s, numbers.right_deg_s))
-            most = numbers.most_m_s, most_rad_s
-            self.follower = LineFollower(small, *most, numbers.dead_s + numbers.lag_s)
+            delay_s = numbers.dead_s + numbers.lag_s
+            self.follower = LineFollower(small, numbers.most_m_s, most_rad_s, delay_s)
 
     def see(self) -> Picture:
         """The camera's present picture."""

@@ -1,0 +1,20 @@
+"""A setting of the board put in force and in its flash, or in neither."""
+
+from __future__ import annotations
+
+from gazechair.service.board_settings import BoardSettings, SettingRefused, SettingsError
+
+
+def store(board: BoardSettings, index: int, value: int) -> None:
+    """Set and save; raises SettingsError, after what was in force before is so again."""
+    before, saving = board.get(index), False
+    try:
+        board.set(index, value)
+        saving = True
+        board.save()
+    except SettingsError as error:
+        board.set(index, before)
+        # What was refused is not in the flash; what was not answered may be.
+        if saving and not isinstance(error, SettingRefused):
+            board.save()
+        raise
