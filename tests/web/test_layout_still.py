@@ -310,6 +310,7 @@ def test_nothing_on_the_pairing_page_moves(page, host, language):
     page.keyboard.type("AAAA-AAAA")
     page.keyboard.press("Enter")
     wait_until(lambda: host.posted, "the code")
+    page.wait_for_selector("#go:enabled")  # before, Enter sends nothing
     moved += take(page)
     wait = {"reason": "too_many_guesses", "detail": "", "wait_s": 3}
     host.replies["POST /pair"] = 429, wait
