@@ -28,6 +28,9 @@ _PARTS = {
     for state, severity in part.severity.items()
 }
 
+# {what the board sees: how the keys of its causes begin}. Often the board is the first to see it.
+_EFFECTS = {"obstacle_data_old": "lidar_"}
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -90,7 +93,7 @@ def of_host(
     camera_age_s: float | None,
     page_silent: bool,
 ) -> list[Problem]:
-    """All problems. Ages are those of the newest data, None: never any."""
+    """All but those that follow from another. Ages: of the newest data, None: never any."""
     problems = of_parts(parts)
     if state is not None:
         problems += of_board(state)
@@ -98,7 +101,14 @@ def of_host(
     problems += of_silence("camera", camera_age_s)
     if page_silent:
         problems.append(Problem("page_silent", codes.WARNING))
-    return problems
+    errors = [problem.key for problem in problems if problem.severity == codes.ERROR]
+    return [
+        problem
+        for problem in problems
+        if not (
+            problem.key in _EFFECTS and any(key.startswith(_EFFECTS[problem.key]) for key in errors)
+        )
+    ]
 
 
 class ErrorHandler:

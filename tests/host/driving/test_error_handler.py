@@ -13,6 +13,7 @@ from gazechair.driving.error_handler import (
     Problem,
     Verdict,
     of_board,
+    of_host,
     of_parts,
     of_silence,
 )
@@ -55,6 +56,21 @@ def test_the_most_severe_is_shown_then_the_oldest() -> None:
     assert handler.fold([new, warning], 3).message == "wiper"
     assert handler.fold([old, new], 4).message == "wiper"  # tilt went and came back
     assert handler.fold([], 5) == Verdict("ok", "ok")
+
+
+def test_a_lidar_that_is_lost_is_told_rather_than_that_its_data_are_old() -> None:
+    handler = ErrorHandler()
+    fault = codes.FAULT_REASON + codes.OBSTACLE_DATA_OLD
+    board = replace(QUIET, override=fault, faults=1 << codes.OBSTACLE_DATA_OLD)
+
+    def told(lidar: HealthState, age_s: float, now_s: float) -> str:
+        problems = of_host({"lidar": lidar}, board, age_s, None, False)
+        return handler.fold(problems, now_s).message
+
+    assert told(part(OK), 0.4, 0.0) == "obstacle_data_old"
+    assert told(part(LOST, "lidar_silent"), 0.5, 0.1) == "lidar_silent"
+    assert told(part(DEGRADED, "lidar_damaged"), 0.6, 0.2) == "obstacle_data_old"
+    assert told(part(OK), 2.1, 1.8) == "lidar_lost"  # its process has stopped
 
 
 @pytest.mark.parametrize(
