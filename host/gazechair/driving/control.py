@@ -169,10 +169,9 @@ class Control:
     def world(self) -> World:
         """What modes may know now."""
         with self._lock:
-            mode, press = self._arbiter.mode_press
-        return sensed(
-            mode, press, self._link.state(), self._clearance, self._clock(), self._clearance_old_s()
-        )
+            (mode, press), cap = self._arbiter.mode_press, self._arbiter.cap_permille
+        seen = self._link.state(), self._clearance, self._clock(), self._clearance_old_s()
+        return sensed(mode, press, *seen, cap)
 
     def situation(self) -> Situation:
         """What may be a reason to call somebody now."""

@@ -31,6 +31,8 @@ class World:
     """Metres forward and backward, degrees left and right; None: nothing in range, not known."""
     view: dict[str, str]
     """By direction: "seen", "blind" (would be seen), "unseen" (never is)."""
+    cap_permille: int = 1000
+    """The speed cap: the highest output of each axis."""
 
 
 def sensed(
@@ -40,6 +42,7 @@ def sensed(
     clearance: Clearance | None,
     now_s: float,
     old_s: float,
+    cap_permille: int,
 ) -> World:
     """The world at `now_s`; a clearance older than `old_s` is none."""
     return World(
@@ -50,4 +53,5 @@ def sensed(
         state.heading_deg if state and state.heading_known else None,
         0.0 if clearance is None else clearance.acquired_s,
         **shown(clearance, now_s, old_s),
+        cap_permille=cap_permille,
     )

@@ -236,7 +236,8 @@ class LineFollower:
         speed = min(speed, math.sqrt(2.0 * BRAKE_M_S2 * 0.6 * max(0.0, left_m)) + 0.02)
         before = self._last.linear_m_s
         speed = max(before - BRAKE_M_S2 * dt_s, min(before + ACCELERATE_M_S2 * dt_s, speed))
-        yaw = max(-self._most_rad_s, min(self._most_rad_s, curvature * max(speed, _LEAST_M_S)))
+        along_m_s = max(speed, min(_LEAST_M_S, self._most_m_s))
+        yaw = max(-self._most_rad_s, min(self._most_rad_s, curvature * along_m_s))
         return Request(speed, yaw)
 
     def _forget(self, pose: FloatArray) -> None:

@@ -98,6 +98,22 @@ class ChairNumbers:
         size = self.deadband + min(1.0, abs(share)) * (1.0 - self.deadband)
         return int(math.copysign(min(round(1000.0 * size), most), share))
 
+    def within(self, linear: int, turn: int, most: int) -> tuple[int, int]:
+        """The same curve, slower, with neither output above `most`, permille.
+
+        The board would limit each axis by itself, and so change the curve.
+        """
+        largest, deadband = max(abs(linear), abs(turn)), 1000.0 * self.deadband
+        if largest <= most:
+            return linear, turn
+        share = max(0.0, most - deadband) / max(1.0, largest - deadband)
+
+        def less(output: int) -> int:
+            size = min(abs(output), round(deadband + share * max(0.0, abs(output) - deadband)))
+            return int(math.copysign(min(size, most), output))
+
+        return less(linear), less(turn)
+
     def linear_axis(self) -> AxisModel:
         """Model of the speed, m/s."""
         ramps = (_RAMP_M_S2, self.brake_m_s2)

@@ -6,6 +6,7 @@ A value that no correct plug-in sends raises BadValue, which ends its process an
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 from gazechair.base.latest_value import Clock
@@ -116,9 +117,18 @@ class InputProducer:
 class ModeProducer:
     """One run of a mode's process."""
 
-    def __init__(self, port: Port, name: str, clock: Clock, auto: bool = False) -> None:
+    def __init__(
+        self,
+        port: Port,
+        name: str,
+        clock: Clock,
+        auto: bool = False,
+        within: Callable[[int, int], tuple[int, int]] = lambda linear, turn: (linear, turn),
+    ) -> None:
+        """`within`: the output to request for a value's, linear and turn in permille."""
         self._port = port
         self._name = name
+        self._within = within
         self._life_s = AUTO_LIFE_S if auto else LIFE_S
         self._times = _Times(clock)
 
@@ -129,7 +139,8 @@ class ModeProducer:
             raise BadValue("an intent that is no mode's")
         if self._times.fresh(value.born_s) and value.press:
             i = value.intent
-            wish = (i.linear_permille, i.turn_permille) if i.do == "drive" else None
+            moves = i.do == "drive"
+            wish = self._within(i.linear_permille, i.turn_permille) if moves else None
             till_s = value.born_s + self._life_s
             self._port.mode_says(self._name, value.press, wish, till_s, reached)
         return value

@@ -17,6 +17,7 @@ from gazechair.base.reasons import PLUGIN
 from gazechair.base.supervisor import Status, Supervised
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.driving.world import World
+from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.plugins import producer
 from gazechair.plugins.child import LOST
 from gazechair.plugins.exchange import RECORDS_PER_S
@@ -233,8 +234,13 @@ class ProducerService(InboxService):
         target = self._offered.get(world.mode)
         if target is None or (ride is not None and ride.number == world.press):
             return
-        judge = producer.ModeProducer(self._port, world.mode, self._clock, auto=True)
         settings = self._settings()
+
+        def within(linear: int, turn: int) -> tuple[int, int]:
+            cap = self._port.world().cap_permille
+            return ChairNumbers.of(settings or {}).within(linear, turn, cap)
+
+        judge = producer.ModeProducer(self._port, world.mode, self._clock, True, within)
         self._ride = _Ride(
             world.mode, world.press, target, judge, now_s, said_s=now_s, settings=settings or {}
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -30,3 +31,28 @@ def test_the_board_s_limit_for_auto_motions_is_the_highest_speed(mm_s: int) -> N
     limited = ChairNumbers.of(values)
     assert limited.forward_m_s > 0.35
     assert limited.most_m_s == mm_s / 1000.0
+
+
+@pytest.mark.parametrize("stick", [(576, 130), (576, -130), (-576, 130), (265, 367)])
+@pytest.mark.parametrize("most", [150, 300, 500])
+def test_within_a_limit_the_curve_stays_the_same(stick: tuple[int, int], most: int) -> None:
+    chair = numbers()
+
+    def moves(output: int) -> float:
+        return math.copysign(max(0.0, abs(output) / 1000.0 - chair.deadband), output)
+
+    linear, turn = chair.within(*stick, most)
+    assert max(abs(linear), abs(turn)) <= most
+    assert moves(turn) / moves(linear) == pytest.approx(moves(stick[1]) / moves(stick[0]), rel=0.05)
+    assert abs(moves(linear)) <= abs(moves(stick[0]))
+
+
+def test_within_a_limit_nothing_else_changes() -> None:
+    chair = numbers()
+    assert chair.within(300, -130, 300) == (300, -130)
+    assert chair.within(0, -679, 300) == (0, -300)
+    assert chair.within(1000, 0, 300) == (300, 0)
+    assert chair.within(500, 20, 300) == (300, 20)  # which turns no chair
+    wide = replace(chair, deadband=0.2)
+    assert wide.within(500, 300, 150) == (150, 150)  # as the board does: neither moves
+    assert wide.within(190, 0, 150) == (150, 0)

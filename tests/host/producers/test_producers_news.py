@@ -30,6 +30,8 @@ class Chair:
         self.settings: dict[str, int] | None = SETTINGS
         self.ended: list[tuple[str, int]] = []
         """Presses that were ended before their goal."""
+        self.wishes: list[Wish] = []
+        self.cap_permille = 1000
         self._mode, self._press = "", 0
         self._services = {kind: self._service(kind, folder) for kind in KINDS}
         self._producers = Producers(tuple(self._services.values()))
@@ -53,23 +55,25 @@ class Chair:
     def mode_says(
         self, mode: str, number: int, wish: Wish, _till_s: float, reached: bool = True
     ) -> None:
+        self.wishes.append(wish)
         if wish is None and not reached:
             self.ended.append((mode, number))
 
     def world(self) -> World:
         nothing = dict.fromkeys(SEES)
-        return World(self._mode, self._press, self.now_s, True, 0.0, 0.0, nothing, SEES)
+        known = (True, 0.0, 0.0, nothing, SEES)
+        return World(self._mode, self._press, self.now_s, *known, self.cap_permille)
 
     def _tick(self) -> None:
         for service in self._services.values():
             service.tick()
         self.now_s += 0.02
 
-    def goes(self, kind: str) -> None:
+    def goes(self, kind: str, stick: tuple[int, int] = (200, 0)) -> None:
         """Press a tile of that kind."""
         self._mode, self._press = f"to-{kind}", self._press + 1
         self._tick()
-        record = exchange.pack(self.now_s, self._press, Said((200, 0), "drives"))
+        record = exchange.pack(self.now_s, self._press, Said(stick, "drives"))
         self._services[kind]._on_data(record)
         self._tick()
 
@@ -133,3 +137,14 @@ def test_a_press_while_the_boards_settings_are_unknown_ends_with_a_reason(
     chair.goes(kind)
     assert chair.news == (kind, "drives", "")
     assert len(chair.ended) == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_under_the_caretakers_cap_the_curve_stays_the_same(chair: Chair, kind: str) -> None:
+    """The board cuts each axis by itself: of this curve only the speed, so it turned tighter."""
+    chair.goes(kind, (576, 130))
+    chair.cap_permille = 300
+    chair.goes(kind, (576, 130))
+    chair.goes(kind, (0, 679))
+    # Profile 3.1 has a deadband of 56: both move it at 47 % of what was asked.
+    assert chair.wishes == [(576, 130), (300, 91), (0, 300)]
