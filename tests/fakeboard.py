@@ -21,6 +21,8 @@ class FakeBoard:
         self.saved: list[int] = []
         self.unanswered_saves = 0  # of the next ones: done, but nobody hears of it
         self.refuses: Callable[[int, int], int] = lambda _request, _index: 0
+        self.loses: Callable[[int, int, int], bool] = lambda _request, _index, _value: False
+        """True: this request does not arrive."""
 
     def state(self) -> BoardState | None:
         if not self.connected:
@@ -32,6 +34,8 @@ class FakeBoard:
     def setting(
         self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
     ) -> SettingReply | None:
+        if self.loses(request, index, value):
+            return None
         refused = self.refuses(request, index)
         if request == codes.SETTING_SET and not refused:
             self.values[index] = value

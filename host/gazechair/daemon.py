@@ -176,7 +176,7 @@ class Daemon:
                 self._producers.choose,
             ),
             self._camera.latest(),
-            CaretakerSettings(self.link, forward.step_ms),
+            CaretakerSettings(self.link, forward.step_ms, self._guide.storing.store),
             self._alerts,
             self._guide,
             self._maps,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from firstdriverig import FirstDriveRig
+from gazelink import codes
 
 
 @pytest.fixture
@@ -193,3 +194,25 @@ def test_a_caretakers_speed_cap_holds_and_tuning_does_not_begin_below_full_speed
     rig.watch = look
     rig.hold("turn")
     assert 0 < most <= 400
+
+
+def test_nobody_arms_while_a_profile_is_stored(rig: FirstDriveRig) -> None:
+    """Armed, the board would refuse to save it, and to set it back."""
+    stored_in, tried = rig.link.setting, False
+
+    def asked(request: int, index: int = 0, value: int = 0) -> object:
+        nonlocal tried
+        if request == codes.SETTING_SAVE:
+            tried = True
+            rig.driver.arm()
+            rig.run(100)
+        return stored_in(request, index, value)
+
+    rig.link.setting = asked  # type: ignore[method-assign,assignment]
+    assert rig.post(run="profile", value=4) == ""
+    assert tried
+    assert rig.refusals == ["board_busy"]
+    assert not rig.armed()
+    rig.driver.arm()
+    rig.until(rig.armed, 1000)
+    assert rig.post(run="profile", value=1) == "setting_while_armed"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from gazechair.board.events import SettingReply
@@ -23,15 +23,19 @@ ALLOWED = (
 )
 _ANSWER_S = 0.5
 _TRIES = 2
-_SILENT = "not_connected"
+
+Storing = contextlib.AbstractContextManager[bool]
 
 
 class SettingsRefused(Exception):
-    """Settings not read or changed. `reason`: a key of the string tables; text: one plain line."""
+    """Settings not read or changed. `reason`: a key of the string tables; text: one plain line.
 
-    def __init__(self, reason: str, detail: str) -> None:
+    `unheard`: the board may have done it all the same, as its answer was lost."""
+
+    def __init__(self, reason: str, detail: str, unheard: bool = False) -> None:
         super().__init__(detail)
         self.reason = reason
+        self.unheard = unheard
 
 
 class Link(Protocol):
@@ -44,15 +48,19 @@ class Link(Protocol):
 
 
 class CaretakerSettings:
-    """Thread-safe. Every method waits for the board, about a second at most when it is silent."""
+    """Thread-safe. Every method waits for the board, two seconds once it has become silent."""
 
     def __init__(
-        self, link: Link, step_ms: Callable[[int, int, int], int | None] = lambda *_: None
+        self,
+        link: Link,
+        step_ms: Callable[[int, int, int], int | None] = lambda *_: None,
+        storing: Callable[[], Storing] = lambda: contextlib.nullcontext(True),
     ) -> None:
         """`step_ms`: duration of a step forward for a row of PROFILES, `linear_permille` and
-        `step_ramp_ms`; None: unchanged."""
+        `step_ramp_ms`; None: unchanged. `storing`: nobody arms within it, see driving.storing."""
         self._link = link
         self._step_ms = step_ms
+        self._storing = storing
         self._lock = threading.Lock()
 
     def read(self) -> dict[str, Any]:
@@ -70,34 +78,40 @@ class CaretakerSettings:
         """
         changes = [_checked(name, value) for name, value in wishes.items()]
         with self._lock:
-            state = self._link.state()
-            if state is not None and state.state != codes.DISARMED:
-                raise SettingsRefused("setting_while_armed", "switch driving off first")
-            if state is not None and state.faults >> codes.CALIBRATION & 1:
-                raise SettingsRefused("setting_by_calibration", "calibrate the joystick first")
-            changes += self._step(wishes)
-            if changes:
-                self._store(changes)
+            with self._storing() as nobody_drives:
+                state = self._link.state()
+                if not nobody_drives or (state is not None and state.state != codes.DISARMED):
+                    raise SettingsRefused("setting_while_armed", "switch driving off first")
+                if state is not None and state.faults >> codes.CALIBRATION & 1:
+                    raise SettingsRefused("setting_by_calibration", "calibrate the joystick first")
+                changes += self._step(wishes)
+                if changes:
+                    self._store(changes)
             return self._read()
 
     def _store(self, changes: list[tuple[int, int]]) -> None:
         """Set and save; what is not stored is set back, so that it does not stay in force."""
         before = [(index, self._ask(codes.SETTING_GET, index)) for index, _ in changes]
-        saving = False
+        changed, saving = 0, False
         try:
             for index, value in changes:
+                changed += 1  # perhaps only the answer is lost
                 self._ask(codes.SETTING_SET, index, value)
             saving = True
             self._ask(codes.SETTING_SAVE)
         except SettingsRefused as refusal:
-            for index, value in reversed(before):
-                with contextlib.suppress(SettingsRefused):  # told already; the page reads again
-                    self._ask(codes.SETTING_SET, index, value)
-            # What the board refused is not in its flash; what it did not answer may be.
-            if saving and refusal.reason == _SILENT:
-                with contextlib.suppress(SettingsRefused):
-                    self._ask(codes.SETTING_SAVE)
+            if not saving and not refusal.unheard:
+                changed -= 1
+            self._put_back(before[:changed], saving and refusal.unheard)
             raise
+
+    def _put_back(self, before: Sequence[tuple[int, int]], save: bool) -> None:
+        """`save`: the new values may be in the flash. Half of the old ones must not get there."""
+        with contextlib.suppress(SettingsRefused):  # told already; the page reads again
+            for index, value in reversed(before):
+                self._ask(codes.SETTING_SET, index, value)
+            if save:
+                self._ask(codes.SETTING_SAVE)
 
     def _step(self, wishes: dict[str, Any]) -> list[tuple[int, int]]:
         """Keep the length of a step forward in another profile, or with another output."""
@@ -122,17 +136,19 @@ class CaretakerSettings:
         return found
 
     def _ask(self, request: int, index: int = 0, value: int = 0) -> int:
+        unheard = False
         for _ in range(_TRIES):
             if self._link.state() is None:
                 break
             reply = self._link.setting(request, index, value, _ANSWER_S)
             if reply is None or (reply.request, reply.index) != (request, index):
+                unheard = True
                 continue
             if reply.refused:
                 name = str(codes.reason_name(reply.refused))
-                raise SettingsRefused(name, f"the board refuses {TABLE[index][0]}: {name}")
+                raise SettingsRefused(name, f"the board refuses {TABLE[index][0]}: {name}", unheard)
             return reply.value
-        raise SettingsRefused(_SILENT, "the board does not answer")
+        raise SettingsRefused("not_connected", "the board does not answer", unheard)
 
 
 def _checked(name: str, value: object) -> tuple[int, int]:

@@ -125,6 +125,10 @@ class Control:
         """When anyone last sent a stop of any kind, monotonic s."""
         return self._arbiter.stopped_s
 
+    def owned(self) -> bool:
+        """True while a page drives, or has just asked to."""
+        return self._arbiter.owner is not None
+
     def act(self, client: int, meaning: PageMessage) -> Refusal | None:
         """Act on a message from a page or an input; a refusal if it was not followed."""
         with self._lock:
@@ -353,16 +357,13 @@ class Control:
             "cap_permille": self._arbiter.cap_permille,
             "call": help_call.on,
             "coming": help_call.coming(now_s),
-            "heard": self._heard(now_s),
+            "heard": self._arbiter.somebody_hears(now_s)
+            or (self._alerts is not None and self._alerts.reaches_somebody()),
             "alerts": self._alerts.revision if self._alerts else 0,
             "profile": self._profiles.revision,
             "simulated": self._simulated(),
             "turned": self._step_turns.told,
         }
-
-    def _heard(self, now_s: float) -> bool:
-        reached = self._alerts is not None and self._alerts.reaches_somebody()
-        return reached or self._arbiter.somebody_hears(now_s)
 
     def _problems(
         self, parts: dict[str, HealthState], state: BoardState | None, now_s: float

@@ -21,6 +21,7 @@ from gazechair.base.told import ToldError
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
 from gazechair.config.configuration import Config, LidarConfig
+from gazechair.driving.storing import Storing
 from gazechair.first_drive.facts import MOVES, NEUTRALS, STEPS, Facts
 from gazechair.first_drive.floor_marks import FloorMarks, marks_of
 from gazechair.first_drive.held import Held
@@ -70,6 +71,7 @@ class Steering(Protocol):
 
     def stopped_s(self) -> float: ...
     def press_number(self) -> int: ...
+    def owned(self) -> bool: ...
 
 
 class Guide:
@@ -106,6 +108,7 @@ class Guide:
         self._keep = keep
         self._marks = marks
         self.held = Held(link, clock, control.stopped_s)
+        self.storing = Storing(lambda: control.owned() or bool(self.moving))
         self._lock = threading.Lock()
         self._step = ""  # that runs
         self._lines: deque[str] = deque(maxlen=_MOST_LINES)
@@ -333,7 +336,10 @@ class Guide:
     def _profile(self, row: Any) -> None:
         if type(row) is not int or not 0 <= row < len(PROFILES):
             raise StepRefused("setting_out_of_range")
-        store(BoardSettings(self._link), index_of("profile"), row)
+        with self.storing.store() as nobody_drives:
+            if not nobody_drives:
+                raise StepRefused("setting_while_armed")
+            store(BoardSettings(self._link), index_of("profile"), row)
         self._record.keep("profile", PROFILES[row])
 
     def _relay(self, _: Any) -> None:

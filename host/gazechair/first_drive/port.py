@@ -14,6 +14,8 @@ from gazelink import codes
 _STOPS = ("stop", "disarm", "emergency", "release")
 # What another page must not begin while a step moves the chair: it stops the step first.
 _OTHERS = ("arm", "take", "cmd", "drive", "mode", "bypass", "cap", "reset")
+_ARMS = ("arm", "take")
+_STORING = "settings of the chair are being stored; try again"
 _FULL_PERMILLE = 1000
 _KEEPS_S = 0.3  # a proof of holding is valid this long, the same as on the board
 
@@ -43,6 +45,11 @@ class FirstDrivePort(RelayingPort):
         elif self._guide.moving and kind in _OTHERS:
             detail = "a caretaker is setting up the chair"
             return [Refusal(str(kind), "not_owner", detail).message()]
+        elif kind in _ARMS and not viewer:
+            with self._guide.storing.arm() as may:
+                if may:
+                    return super().receive(client, message)
+            return [Refusal(str(kind), "board_busy", _STORING).message()]
         return super().receive(client, message)
 
     def snapshot(self, client: int) -> Message:
@@ -81,4 +88,7 @@ class FirstDrivePort(RelayingPort):
             raise StepRefused("first_cap", "tuning turns the chair as fast as it can")
         # While the step moves the chair, nobody may change it.
         self._guide.held.cap_permille = state["cap_permille"]
-        self._guide.begin(step)
+        with self._guide.storing.arm() as may:
+            if not may:
+                raise StepRefused("board_busy", _STORING)
+            self._guide.begin(step)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gazechair.service.board_settings import BoardSettings, SettingRefused, SettingsError
+from gazechair.service.board_settings import BoardSettings, SettingsError
 
 
 def store(board: BoardSettings, index: int, value: int) -> None:
@@ -12,9 +12,8 @@ def store(board: BoardSettings, index: int, value: int) -> None:
         board.set(index, value)
         saving = True
         board.save()
-    except SettingsError as error:
+    except SettingsError:
         board.set(index, before)
-        # What was refused is not in the flash; what was not answered may be.
-        if saving and not isinstance(error, SettingRefused):
+        if saving:  # an earlier try may be in the flash, and only its answer was lost
             board.save()
         raise

@@ -119,6 +119,35 @@ def test_what_was_stored_unheard_is_set_back_in_the_flash_too(
     assert board.values == board.saved == before
 
 
+def test_half_of_what_was_set_back_is_not_saved(caretaker: Any, board: Any) -> None:
+    before, lost, asked = list(board.values), [], []
+
+    def loses(request: int, index: int, value: int) -> bool:
+        asked.append(request)
+        back = request == codes.SETTING_SET and (index, value) == (LINEAR, before[LINEAR])
+        lose = request == codes.SETTING_SAVE or back
+        lost.extend([request] * lose)
+        return lose and len(lost) <= 4  # both tries of each
+
+    board.loses = loses
+    found, _, answer = caretaker.post("/settings", {"set": {"profile": 4, "linear_permille": 1000}})
+    assert (found, answer["reason"]) == (503, "not_connected")
+    assert board.saved == []
+    assert asked[-1] == codes.SETTING_SET  # nor is more asked of a board that does not answer
+
+
+def test_what_was_stored_unheard_and_then_refused_is_set_back_in_the_flash_too(
+    caretaker: Any, board: Any
+) -> None:
+    before = list(board.values)
+    board.unanswered_saves = 1
+    saves = iter([0, codes.SETTING_NOT_STORED])
+    board.refuses = lambda request, _: next(saves, 0) if request == codes.SETTING_SAVE else 0
+    found, _, answer = caretaker.post("/settings", {"set": {"linear_permille": 1000}})
+    assert (found, answer["reason"]) == (507, "setting_not_stored")
+    assert board.values == board.saved == before
+
+
 def test_without_a_board_it_says_so(caretaker: Any, board: Any) -> None:
     board.connected = False
     assert caretaker.get("/settings")[0] == 503
