@@ -195,7 +195,7 @@ class EmulatedLiveBoard(LiveBoard):
         def moving() -> bool:
             if self.host.safety != codes.ARMED:
                 self.arm()
-            if self.host.output == NEUTRAL_OUTPUT and self.host.state["override"]:
+            if self.host.output == NEUTRAL_OUTPUT:
                 self.host.hold(verb, self.new_edge())
                 self.run_ms(60)
             return self.host.output != NEUTRAL_OUTPUT

@@ -216,3 +216,16 @@ def test_nobody_arms_while_a_profile_is_stored(rig: FirstDriveRig) -> None:
     rig.driver.arm()
     rig.until(rig.armed, 1000)
     assert rig.post(run="profile", value=1) == "setting_while_armed"
+
+
+def test_who_arms_before_the_neutral_is_set_is_the_reason_that_is_told(rig: FirstDriveRig) -> None:
+    def drives() -> None:
+        asks = rig.guide.status()["run"]["asks"]
+        if asks == "unplugged" and not rig.armed():
+            if rig.now_ms % 500 == 0:
+                rig.driver.arm()
+        elif asks in ("unplugged", "linear") and not rig.guide._answers:
+            rig.guide.ask({"answer": "+" if asks == "linear" else asks, "asks": asks})
+
+    rig.watch = drives
+    assert rig.post(run="neutral") == "setting_while_armed"

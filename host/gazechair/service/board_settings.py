@@ -32,11 +32,20 @@ class SettingsError(ToldError):
 
 
 class SettingRefused(SettingsError):
-    """The board refused; `reason` is its code (gazelink.codes)."""
+    """The board refused; `reason` is its code (gazelink.codes).
 
-    def __init__(self, text: str, reason: int) -> None:
+    `unheard`: an earlier try got no answer, and may have been done.
+    """
+
+    def __init__(self, text: str, reason: int, unheard: bool = False) -> None:
         super().__init__(text)
         self.reason = reason
+        self.unheard = unheard
+
+
+def may_be_done(error: BaseException) -> bool:
+    """Whether the board may have done the request that ended like this."""
+    return not isinstance(error, SettingRefused) or error.unheard
 
 
 def parse(name: str, text: str) -> tuple[int, int]:
@@ -89,14 +98,16 @@ class BoardSettings:
         self._ask(codes.SETTING_SAVE_HEADING)
 
     def _ask(self, request: int, index: int = 0, value: int = 0) -> int:
-        what = codes.SETTING_REQUESTS[request]
+        what, unheard = codes.SETTING_REQUESTS[request], False
         for _ in range(_TRIES):
             reply = self._link.setting(request, index, value)
             if reply is None or (reply.request, reply.index) != (request, index):
+                unheard = True
                 continue
             if reply.refused:
                 reason = _REFUSALS.get(reply.refused, codes.reason_name(reply.refused))
-                raise SettingRefused(f"{what} {NAMES[index]} refused: {reason}", reply.refused)
+                text = f"{what} {NAMES[index]} refused: {reason}"
+                raise SettingRefused(text, reply.refused, unheard)
             return reply.value
         text = "{what}: the board does not answer; is its firmware of this version?"
         raise SettingsError(text, "board_no_answer", what=what)

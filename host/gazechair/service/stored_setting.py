@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gazechair.service.board_settings import BoardSettings, SettingsError
+from gazechair.service.board_settings import BoardSettings, SettingsError, may_be_done
 
 
 def store(board: BoardSettings, index: int, value: int) -> None:
@@ -12,8 +12,8 @@ def store(board: BoardSettings, index: int, value: int) -> None:
         board.set(index, value)
         saving = True
         board.save()
-    except SettingsError:
+    except SettingsError as error:
         board.set(index, before)
-        if saving:  # an earlier try may be in the flash, and only its answer was lost
+        if saving and may_be_done(error):
             board.save()
         raise

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from gazechair.board.state import BoardState
-from gazechair.service.board_settings import SettingsError
+from gazechair.service.board_settings import SettingRefused, SettingsError
 from gazechair.service.calibrate import CalibrateError, JoystickCalibration, joystick
 from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
@@ -26,6 +26,7 @@ class MemoryBoard:
         self.faults = 0
         self.connected = True
         self.full = False
+        self.unheard: BaseException | None = None  # the next SAVE is done, then this is raised
         self.refuses_after: int | None = None
         self.refusal: BaseException = SettingsError("set: the board does not answer")
         self.follows = True
@@ -53,8 +54,12 @@ class MemoryBoard:
 
     def save(self) -> None:
         if self.full:
-            raise SettingsError("save refused: the board could not write it to its flash")
+            text = "save refused: the board could not write it to its flash"
+            raise SettingRefused(text, codes.SETTING_NOT_STORED)
         self.saved = self.counts
+        unheard, self.unheard = self.unheard, None
+        if unheard is not None:
+            raise unheard
 
 
 @pytest.fixture
@@ -164,6 +169,36 @@ def test_a_board_that_cannot_store_it_gets_its_old_counts(board: MemoryBoard) ->
     with pytest.raises(SettingsError, match="could not write"):
         run(board, "unplugged", "175", "ok", "ok", "save")
     assert board.counts == STORED
+
+
+_UNHEARD = (SettingsError("save: the board does not answer"), KeyboardInterrupt())
+
+
+@pytest.mark.parametrize("how", _UNHEARD, ids=["no answer", "ctrl-c"])
+def test_counts_that_were_stored_unheard_are_set_back_in_the_flash_too(
+    board: MemoryBoard, how: BaseException
+) -> None:
+    board.unheard = how
+    with pytest.raises(type(how)):
+        run(board, "unplugged", "175", "ok", "ok", "save")
+    assert board.counts == board.saved == STORED
+
+
+def test_counts_that_nobody_measured_are_not_stored_instead(board: MemoryBoard) -> None:
+    board.faults = 1 << codes.CALIBRATION
+    board.unheard = _UNHEARD[0]
+    with pytest.raises(SettingsError):
+        run(board, "unplugged", "175", "ok", "ok", "save")
+    assert board.counts == STORED
+    assert board.saved == (175, STORED[1])
+
+
+def test_what_was_refused_from_the_first_on_needs_nothing_set_back(board: MemoryBoard) -> None:
+    board.refuses_after = 0
+    board.refusal = SettingRefused("set refused: driving is on", codes.SETTING_WHILE_ARMED)
+    with pytest.raises(SettingRefused, match="driving is on"):
+        run(board, "unplugged", "+")
+    assert (board.counts, board.sets) == (STORED, 1)
 
 
 def test_ctrl_c_gives_the_old_counts_back(board: MemoryBoard) -> None:

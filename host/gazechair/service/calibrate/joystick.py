@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from gazechair.board.state import BoardState
-from gazechair.service.board_settings import SettingsError, parse
+from gazechair.service.board_settings import SettingsError, may_be_done, parse
 from gazechair.service.calibrate.errors import CalibrateError
 from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
@@ -57,6 +57,7 @@ class JoystickCalibration:
         self._clock = clock
         self._wait = wait
         self._counts: list[int] = []
+        self._changed = False
 
     def run(self) -> None:
         """Guide the user through both channels and save.
@@ -64,12 +65,12 @@ class JoystickCalibration:
         Raises CalibrateError or SettingsError. If it ends before saving, the counts are restored,
         unless the text says otherwise.
         """
-        self._check_state()
+        calibrated = not self._check_state().faults >> codes.CALIBRATION & 1
         values = self._board.all()
         before = [values[index_of(name)] for name, _, _ in _CHANNELS]
         self._counts = list(before)
         self._confirm_unplugged()
-        saved = False
+        saving = saved = False
         try:
             for channel in range(len(_CHANNELS)):
                 self._adjust(channel)
@@ -78,19 +79,25 @@ class JoystickCalibration:
                 raise CalibrateError("not saved; the counts are as before", "neutral_not_saved")
             # Straight before the save: whatever else was asked of the board meanwhile.
             for (name, _, _), count in zip(_CHANNELS, self._counts, strict=True):
-                self._board.set_neutral(index_of(name), count)
+                self._set(index_of(name), count)
+            saving = True
             self._board.save()
             saved = True
+        except SettingsError as error:
+            saving = saving and may_be_done(error)
+            raise
         finally:
-            if not saved:
-                self._restore(before)
+            if self._changed and not saved:
+                # Counts that nobody has measured are not saved: they would count as calibrated.
+                self._restore(before, saving and calibrated)
         self._say("saved; measure both pins against pin 3 once more before the DB9 is plugged in")
 
-    def _check_state(self) -> None:
+    def _check_state(self) -> BoardState:
         state = self._state()
         if state.state != codes.DISARMED:
             raise CalibrateError("driving is on; switch it off first (Rijden uit)", "board_armed")
         self._check_read_back(state)
+        return state
 
     def _state(self) -> BoardState:
         state = self._board.state()
@@ -137,9 +144,17 @@ class JoystickCalibration:
             except SettingsError as error:
                 self._say(f"{error}; it stays {self._counts[channel]}")
                 continue
-            self._board.set_neutral(index, count)
+            self._set(index, count)
             self._counts[channel] = count
             self._show(channel)
+
+    def _set(self, index: int, count: int) -> None:
+        was, self._changed = self._changed, True
+        try:
+            self._board.set_neutral(index, count)
+        except SettingsError as error:
+            self._changed = was or may_be_done(error)
+            raise
 
     # Waits for a state that is newer than the change.
     def _show(self, channel: int) -> None:
@@ -174,10 +189,13 @@ class JoystickCalibration:
             raise CalibrateError(text, "neutral_not_saved")
         return line.strip().lower()
 
-    def _restore(self, before: list[int]) -> None:
+    def _restore(self, before: list[int], save: bool) -> None:
+        """`save`: the new counts may be in the flash."""
         try:
             for (name, _, _), count in zip(_CHANNELS, before, strict=True):
                 self._board.set_neutral(index_of(name), count)
+            if save:
+                self._board.save()
         except (SettingsError, KeyboardInterrupt) as error:
             raise CalibrateError(
                 "the neutral counts could not be put back ({error}); switch the board off and on,"

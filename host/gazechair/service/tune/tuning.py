@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from gazechair.service.board_settings import SettingRefused, SettingsError
+from gazechair.service.board_settings import SettingsError, may_be_done
 from gazechair.service.tune import StoppedError, TuneError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.forward import identify as identify_straight
@@ -150,8 +150,7 @@ class Tuning:
             told = isinstance(error, SettingsError)
             why = str(error) if told else "stopped"
             old = {index: before[index] for index in changed}
-            # What was refused is not in the flash; what was interrupted or not answered may be.
-            self._put_back(tuned, old, saving and not isinstance(error, SettingRefused), why)
+            self._put_back(tuned, old, saving and may_be_done(error), why)
             if not told:
                 raise
             text = "not stored: {error}; the settings are as before"

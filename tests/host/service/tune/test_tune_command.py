@@ -34,7 +34,7 @@ class MemoryBoard:
         self.saved: list[int] | None = None
         self.refuses_after = 1 << 30
         self.full = False
-        self.unheard = False  # the next SAVE is done, but its answer is lost
+        self.unheard: SettingsError | None = None  # the next SAVE is done, and ends like this
         self.gone = False  # it answers no more, once `refuses_after` is over
         self.interrupted_at: list[int] = []  # Ctrl-C in these requests, counted from 1
         self.requests = 0
@@ -58,9 +58,9 @@ class MemoryBoard:
             text = "save refused: the board could not write it to its flash"
             raise SettingRefused(text, codes.SETTING_NOT_STORED)
         self.saved = list(self.values)
-        if self.unheard:
-            self.unheard = False
-            raise SettingsError("save: the board does not answer")
+        unheard, self.unheard = self.unheard, None
+        if unheard:
+            raise unheard
         self._interrupt()
 
     def _interrupt(self) -> None:
@@ -197,11 +197,19 @@ def test_what_cannot_be_stored_leaves_the_settings_as_before(
     assert board.values == before
 
 
+@pytest.mark.parametrize(
+    "how",
+    [
+        SettingsError("save: the board does not answer"),
+        SettingRefused("save refused: driving is on", codes.SETTING_WHILE_ARMED, unheard=True),
+    ],
+    ids=["no answer", "refused at the next try"],
+)
 def test_what_was_stored_unheard_is_put_back_in_the_flash_too(
-    board: MemoryBoard, recordings: list[Recording]
+    board: MemoryBoard, recordings: list[Recording], how: SettingsError
 ) -> None:
     before = board.all()
-    board.unheard = True
+    board.unheard = how
     with pytest.raises(TuneError, match=r"not stored: .*; the settings are as before"):
         tune(board, recordings)
     assert board.values == board.saved == before
