@@ -18,7 +18,7 @@ from gazechair.alerts.reasons import HELP_WANTED
 from gazechair.alerts.service import LOOK_S, Alerts
 from gazechair.alerts.watch import Situation
 from gazechair.alerts.words import Words
-from gazechair.base.health import OK, HealthRegistry
+from gazechair.base.health import LOST, OK, STARTING, HealthRegistry
 from gazechair.config.configuration import AlertsConfig, Config, RouteConfig
 from gazechair.config.rules import Secret
 from gazechair.driving.control import Control
@@ -160,6 +160,35 @@ def test_a_call_outlives_the_host(rig: Rig, tmp_path: Path) -> None:
     again.wait(200)
     assert [route for _, route, _ in again.sent] == ["sms"]
     assert [row["count"] for row in again.alerts.as_json()["alerts"]] == [1]
+
+
+def test_an_answer_outlives_the_host_while_the_lidar_starts(rig: Rig, tmp_path: Path) -> None:
+    rig.parts.part("lidar").set(LOST, "lidar_lost")
+    rig.wait(61)
+    assert rig.alerts.acknowledge(rig.row()["number"], "Anna")
+    Diary(tmp_path).write(rig.alerts.as_json()["alerts"])
+    again = Rig(tmp_path)
+    lidar = again.parts.part("lidar")
+    lidar.set(STARTING, "lidar_starting")
+    again.wait(10)
+    assert again.row()["state"] == "acknowledged"
+    lidar.set(LOST, "lidar_lost")
+    again.wait(100)
+    assert (again.row()["state"], again.row()["by"], again.sent) == ("acknowledged", "Anna", [])
+
+
+def test_only_another_lost_part_than_before_a_restart_calls_again(rig: Rig, tmp_path: Path) -> None:
+    rig.parts.part("log").set(LOST, "log_lost")
+    rig.wait(301)
+    assert rig.alerts.acknowledge(rig.row()["number"], "Anna")
+    Diary(tmp_path).write(rig.alerts.as_json()["alerts"])
+    again = Rig(tmp_path)
+    again.parts.part("log").set(LOST, "log_lost")
+    again.wait(301)
+    assert again.sent == []
+    again.parts.part("map").set(LOST, "map_lost")
+    again.wait(301)
+    assert [said for _, _, said in again.sent] == ["log: log_lost; map: map_lost"]
 
 
 def test_a_test_is_sent_everywhere_and_its_failures_are_shown(rig: Rig) -> None:
