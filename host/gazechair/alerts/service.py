@@ -74,6 +74,7 @@ class Alerts:
         named = named_in(lost.detail) if lost is not None and lost.state != OVER else ()
         self._watch = Watch(config.alerts.stuck_s, self.help_wanted, named)
         self._failing: set[str] = set()
+        self._missing = False  # Apprise, as far as is known
         self._broker = config.alerts.mqtt
         self._node = re.sub(r"\W", "_", platform.node()) or "chair"
         self._told: dict[str, str] = {}
@@ -98,8 +99,8 @@ class Alerts:
 
     def start(self) -> None:
         """Start watching and sending."""
-        silent = not apprise_route.installed() and not self._broker
-        if self._health is not None and silent:
+        self._missing = not apprise_route.installed()
+        if self._health is not None and self._missing and not self._broker:
             self._health.set(states.LOST, LOST, apprise_route.MISSING)
         elif self._sender is not None:
             self._sender.start()
@@ -128,6 +129,8 @@ class Alerts:
             asked = self._book.of(HELP_WANTED)
             if asked is not None and asked.state == OPEN:
                 return any(one.state == SENT for one in asked.deliveries.values())
+            if self._missing or (self._health is not None and self._health.state == states.LOST):
+                return False
             return any(name not in self._failing for name in self._helpers)
 
     def as_json(self) -> dict[str, Any]:

@@ -119,9 +119,7 @@ class Watch:
                 yield Change(key, False)
 
     def _parts(self, lost: Mapping[str, str], now_s: float) -> Iterator[Change]:
-        since_s = self._lost_since_s = {
-            name: self._lost_since_s.get(name, now_s) for name in lost
-        }
+        since_s = self._lost_since_s = {name: self._lost_since_s.get(name, now_s) for name in lost}
         self._named_s |= dict.fromkeys(self._named_s.keys() & lost.keys(), now_s)
         self._named_s = {
             name: seen_s for name, seen_s in self._named_s.items() if now_s - seen_s < AGAIN_S

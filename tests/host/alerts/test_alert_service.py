@@ -33,13 +33,15 @@ ROUTES = (
 class Rig:
     """Control and alerts in virtual time; messages are recorded instead of sent."""
 
-    def __init__(self, folder: Path, routes: tuple[RouteConfig, ...] = ROUTES) -> None:
+    def __init__(
+        self, folder: Path, routes: tuple[RouteConfig, ...] = ROUTES, broker: str = ""
+    ) -> None:
         self.now_s = 10.0
         self.folder = folder
         self.parts = HealthRegistry(lambda: self.now_s)
         for name in ("board", "lidar", "camera"):
             self.parts.part(name).set(OK)
-        config = Config(routes=routes)
+        config = Config(routes=routes, alerts=AlertsConfig(mqtt=Secret(broker)))
         self.alerts = Alerts(
             config, folder, self.parts, lambda: self.now_s, lambda: 1e9 + self.now_s
         )
@@ -209,6 +211,34 @@ def test_without_the_package_the_reason_is_shown(
     assert rig.row()["deliveries"]["zus"]["detail"] == apprise_route.MISSING
     rig.alerts.start()
     assert rig.parts.part("alerts").detail == apprise_route.MISSING
+
+
+def test_without_the_package_the_driver_reads_before_a_call_that_nobody_hears(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(apprise_route, "find_spec", lambda _: None)
+    rig.alerts.start()
+    assert rig.shown()["heard"] is False
+
+
+def test_a_broker_sends_no_message_of_a_route(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(apprise_route, "find_spec", lambda _: None)
+    rig = Rig(tmp_path, broker="mqtt://house")
+    assert rig.alerts._sender is not None
+    monkeypatch.setattr(rig.alerts._sender, "start", lambda: None)
+    rig.alerts.start()
+    assert rig.parts.part("alerts").state == STARTING
+    assert rig.shown()["heard"] is False
+    rig.alerts.stop()
+
+
+def test_while_the_sending_process_is_lost_nobody_hears(rig: Rig) -> None:
+    rig.parts.part("alerts").set(LOST, "alerts_lost")
+    assert rig.shown()["heard"] is False
+    rig.parts.part("alerts").set(OK)
+    assert rig.shown()["heard"] is True
 
 
 def test_the_threads_keep_the_diary(tmp_path: Path) -> None:

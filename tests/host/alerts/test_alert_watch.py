@@ -193,7 +193,11 @@ def test_another_part_calls_again_though_the_first_was_answered() -> None:
     assert during(see, BOTH, 400, 700) == []
     assert during(see, BOTH, 700, 800) == ["anna"]
     (alert,) = book.alerts()
-    assert (alert.state, alert.count, alert.detail) == (OPEN, 2, "log: disk is full; odometry: gone")
+    assert (alert.state, alert.count, alert.detail) == (
+        OPEN,
+        2,
+        "log: disk is full; odometry: gone",
+    )
 
 
 def test_a_part_that_returns_within_a_minute_is_no_other_part() -> None:
