@@ -79,7 +79,7 @@ class Watch:
         self._since_s: dict[str, float] = {}
         self._lost_since_s: dict[str, float] = {}
         self._named_s: dict[str, float] = {}  # when a part that the alert names was last lost
-        self._gone_s: dict[str, float] = {}
+        self._gone_s: dict[str, float] = {}  # kept when the alert is over: it ended later
         self._raised: set[str] = set()
         self._press = 0
         self._stuck_since_s: float | None = None
@@ -112,7 +112,10 @@ class Watch:
         gone = {*open_keys} - lasting - _ENDED_BY_OTHERS - {*self._restored}
         if now.lost:
             gone.discard(PART)
-        self._gone_s = {key: self._gone_s.get(key, now_s) for key in gone}
+        for key in lasting:
+            self._gone_s.pop(key, None)
+        for key in gone:
+            self._gone_s.setdefault(key, now_s)
         for key in sorted(gone):
             stays_s = EVENT_S if REASONS[key].lasts_s == AT_ONCE_S else 0.0
             if now_s - self._gone_s[key] >= stays_s:

@@ -316,6 +316,17 @@ def test_another_event_within_the_ten_minutes_calls_again_though_the_first_was_a
     assert (alert.state, alert.by, alert.count) == (OPEN, "", 2)
 
 
+def test_another_event_right_after_the_ten_minutes_calls_again_too() -> None:
+    book = Book([Route("anna")])
+    see = watched(Watch(STUCK_S), book)
+    assert see(MOVES, 0.0) == ["anna"]
+    book.acknowledge(1, "Anna")
+    assert see(QUIET, 1.0) + see(QUIET, EVENT_S + 1.0) + see(QUIET, EVENT_S + 2.0) == []
+    assert [alert.state for alert in book.alerts()] == [OVER]
+    assert see(MOVES, EVENT_S + 20.0) == ["anna"]
+    assert [alert.state for alert in book.alerts()] == [OPEN]
+
+
 def test_an_answer_holds_while_the_same_event_lasts_or_returns_within_a_minute() -> None:
     book = Book([Route("anna")])
     see = watched(Watch(STUCK_S), book)
