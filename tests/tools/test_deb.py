@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import resource
 import shutil
 import socket
 import subprocess
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from gazechair.board import ports
+from gazechair.service import hotspot
 from gazedeb import package
 from gazedeb.udev import rules
 from gazesetup import NotAvailable
@@ -22,7 +24,7 @@ from gazesetup.apt import debian_archives
 FILES = Path(package.__file__).parent / "files"
 SUITES = ("bookworm", "trixie")
 STEP_S = 300.0
-INSTALLED_S = 120.0
+INSTALLED_S = 120.0  # of processor time: however busy the machine is otherwise
 PAGE = """
 import ssl, time, urllib.request
 anyone = ssl._create_unverified_context()
@@ -115,6 +117,12 @@ def _run(words: list[str]) -> str:
     return done.stdout
 
 
+def used_s() -> float:
+    """Processor time of every child that has ended, seconds."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 @pytest.fixture(scope="module")
 def debs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """The package as two versions."""
@@ -162,7 +170,7 @@ def running(root: Root) -> Iterator[socket.socket]:
 @pytest.mark.long
 def test_it_installs_offline_serves_is_upgraded_and_goes_back(root: Root, debs: list[Path]) -> None:
     older, newer = debs
-    start_s = time.monotonic()
+    start_s, used_before_s = time.monotonic(), used_s()
     root.install(older)
     with running(root) as heard:
         took_s = time.monotonic() - start_s
@@ -171,8 +179,9 @@ def test_it_installs_offline_serves_is_upgraded_and_goes_back(root: Root, debs: 
         # No board is plugged in: it ends with 1.
         found = root.run("sh", "-c", "gazechair doctor || [ $? = 1 ]")
         assert "configuration: /etc/gazechair/gazechair.toml" in found
-    print(f"installed and serving after {took_s:.1f} s")
-    assert took_s < INSTALLED_S
+    took_cpu_s = used_s() - used_before_s  # the service's and the two commands', too
+    print(f"installed and serving after {took_s:.1f} s, {took_cpu_s:.1f} s of processor time")
+    assert took_cpu_s < INSTALLED_S
 
     config = root.folder / "etc/gazechair/gazechair.toml"
     config.write_text(config.read_text().replace('language = "nl"', 'language = "en"'))
@@ -191,6 +200,10 @@ def test_it_installs_offline_serves_is_upgraded_and_goes_back(root: Root, debs: 
         pass
     assert {path: path.read_bytes() for path in kept} == kept
 
+    wifi = hotspot._file(root.folder / hotspot.FOLDER.relative_to("/"))
+    wifi.parent.mkdir(parents=True, exist_ok=True)
+    wifi.write_text(hotspot.keyfile("gazechair", "password", ""))
     root.run("dpkg", "--purge", "gazechair")
+    assert not wifi.exists()
     assert not (root.folder / "opt/gazechair").exists()
     assert not config.exists()

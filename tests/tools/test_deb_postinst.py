@@ -1,4 +1,4 @@
-"""The package's installer with stand-ins for what it calls: when it makes an environment."""
+"""The package's scripts with stand-ins for what they call: environments, and what a purge ends."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from gazechair.service import hotspot
 from gazedeb import package
 
 FILES = Path(package.__file__).parent / "files"
@@ -19,6 +20,7 @@ STAND_INS = {
     "sync": "true",
     "systemctl": "true",
     "udevadm": "true",
+    "nmcli": "exit 8",  # NetworkManager does not run
     "touch": '/bin/touch "$1"',
     "python3": 'mkdir -p "$3/bin"; for name in python gazechair; do\n'
     'printf "#!/bin/sh\\n" >"$3/bin/$name"; chmod +x "$3/bin/$name"; done',
@@ -26,7 +28,7 @@ STAND_INS = {
 
 
 class Machine:
-    """A folder as the root of a file system, with the installer of one version."""
+    """A folder as the root of a file system, with the scripts of one version."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -39,9 +41,14 @@ class Machine:
             path = stand_ins / name
             path.write_text(f'#!/bin/sh\necho "{name} $*" >>"{self._called}"\n{act}\n')
             path.chmod(0o755)
-        for name, place in (("postinst", "postinst"), ("gazechair-version", "usr/sbin")):
+        for name, place in (
+            ("postinst", "postinst"),
+            ("prerm", "prerm"),
+            ("postrm", "postrm"),
+            ("gazechair-version", "usr/sbin"),
+        ):
             text = (FILES / name).read_text().replace("@VERSION@", self.version.name)
-            for top in ("/opt/", "/var/lib/", "/usr/sbin/gaze", "/run/systemd"):
+            for top in ("/opt/", "/var/lib/", "/usr/sbin/gaze", "/run/systemd", "/etc/Net"):
                 text = text.replace(top, f"{folder}{top}")
             path = folder / place
             if place != name:
@@ -70,12 +77,30 @@ class Machine:
         """How often the service was restarted since the last installation began."""
         return self._called.read_text().count("systemctl restart gazechair.service")
 
+    def remove(self, *steps: tuple[str, str]) -> str:
+        """Run scripts of a removal, each with its word; what they print."""
+        self._called.write_text("")
+        return "".join(
+            subprocess.run(
+                [self._folder / name, word],
+                env=self._env,
+                check=True,
+                stdout=subprocess.PIPE,
+                text=True,
+            ).stdout
+            for name, word in steps
+        )
+
+    def called(self) -> list[str]:
+        """The stand-ins that the last script called, with their words."""
+        return self._called.read_text().splitlines()
+
     def install(self) -> list[str]:
         """Run the installer; the stand-ins that it called, with their words."""
         self._called.write_text("")
         env = {**self._env, "DPKG_MAINTSCRIPT_NAME": "postinst"}
         subprocess.run([self._folder / "postinst", "configure"], env=env, check=True)
-        return self._called.read_text().splitlines()
+        return self.called()
 
 
 @pytest.fixture
@@ -146,3 +171,42 @@ def test_a_version_before_that_does_not_start_is_refused(machine: Machine) -> No
     assert "version 1.0" in ended.stderr
     assert "does not start" in ended.stderr
     assert (first.parent / "current").resolve() == machine.version
+
+
+REMOVE = (("prerm", "remove"), ("postrm", "remove"))
+PURGE = ("postrm", "purge")
+END_WIFI = "nmcli connection delete id gazechair"
+
+
+def hotspot_on(folder: Path) -> Path:
+    """The file that `gazechair hotspot on` leaves."""
+    file = hotspot._file(folder / hotspot.FOLDER.relative_to("/"))
+    file.parent.mkdir(parents=True)
+    file.write_text(hotspot.keyfile("gazechair", "password", ""))
+    return file
+
+
+def test_a_purge_ends_the_chairs_wifi(machine: Machine, tmp_path: Path) -> None:
+    wifi = hotspot_on(tmp_path)
+    other = wifi.with_name("home.nmconnection")
+    other.touch()
+    machine.remove(*REMOVE, PURGE)
+    assert machine.called() == [END_WIFI]
+    assert not wifi.exists()
+    assert other.exists()
+
+
+def test_a_purge_ends_no_network_of_that_name_that_is_not_the_chairs(machine: Machine) -> None:
+    machine.remove(*REMOVE, PURGE)
+    assert machine.called() == []
+
+
+def test_a_removal_keeps_the_chairs_wifi_and_says_what_ends_it(
+    machine: Machine, tmp_path: Path
+) -> None:
+    assert machine.remove(*REMOVE) == ""
+    wifi = hotspot_on(tmp_path)
+    assert END_WIFI in machine.remove(*REMOVE)
+    assert machine.remove(("prerm", "upgrade"), ("postrm", "upgrade")) == ""
+    assert wifi.exists()
+    assert machine.called() == []

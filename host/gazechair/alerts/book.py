@@ -147,11 +147,22 @@ class Book:
     # Events
 
     def raise_(
-        self, key: str, now_s: float, wall_s: float, sentence: str = "", detail: str = ""
+        self,
+        key: str,
+        now_s: float,
+        wall_s: float,
+        sentence: str = "",
+        detail: str = "",
+        since_s: float | None = None,
+        another: bool = False,
     ) -> Alert:
-        """Raise an alert for a reason, perhaps again. Raises KeyError for an unknown reason."""
+        """Raise an alert for a reason, perhaps again. Raises KeyError for an unknown reason.
+
+        `since_s`: when the reason began, None: now; `another`: see Change.
+        """
         alert = self.of(key)
-        if alert is None or (alert.state == OVER and now_s - alert.ended_s >= AGAIN_S):
+        began_s = now_s if since_s is None else since_s
+        if alert is None or (alert.state == OVER and began_s - alert.ended_s >= AGAIN_S):
             return self._new(key, now_s, wall_s, sentence, detail)
         alert.count += 1
         self.revision += 1
@@ -160,18 +171,11 @@ class Book:
                 if one.state == FAILED:
                     one.state, one.attempts, one.due_s = WAITING, 0, now_s
         # A person who asks again wants an answer again; a part that fails again is known.
-        elif alert.state == OVER or (alert.state == ACKNOWLEDGED and alert.kind == HELP):
-            # A call is acknowledged first and gets the name later; one that is over keeps the name.
-            answered = alert.state == ACKNOWLEDGED or alert.by != ""
-            alert.state, alert.by, alert.ended_s = OPEN, "", _NEVER_S
+        elif another or (alert.kind == HELP and alert.state != OPEN):
+            self._open_again(alert, now_s, wall_s, another)
             alert.sentence, alert.detail = sentence, detail
-            for name, one in alert.deliveries.items():
-                due_s = now_s + self._routes[name].after_s
-                if one.state == SENT or (one.state == WAITING and answered):
-                    one.state, one.attempts = WAITING, 0
-                    one.due_s = max(due_s, one.tried_s + AGAIN_S)
-                elif one.state == FAILED and answered:
-                    one.due_s = max(due_s, one.due_s)  # it reached nobody: retried as before
+        elif alert.state == OVER:
+            alert.state, alert.ended_s = ACKNOWLEDGED if alert.by else OPEN, _NEVER_S
         return alert
 
     def end(self, key: str, now_s: float) -> None:
@@ -241,6 +245,20 @@ class Book:
                 alert.deliveries[route.name] = Delivery(now_s + route.after_s)
         self._keep(alert)
         return alert
+
+    def _open_again(self, alert: Alert, now_s: float, wall_s: float, another: bool) -> None:
+        # A call is acknowledged first and gets the name later; one that is over keeps the name.
+        answered = alert.state == ACKNOWLEDGED or alert.by != ""
+        if answered or another:
+            alert.at = wall_s  # else nobody has answered: its routes wait since the first time
+        alert.state, alert.by, alert.ended_s = OPEN, "", _NEVER_S
+        for name, one in alert.deliveries.items():
+            due_s = now_s + self._routes[name].after_s
+            if one.state == SENT or (one.state == WAITING and answered):
+                one.state, one.attempts = WAITING, 0
+                one.due_s = max(due_s, one.tried_s + AGAIN_S)
+            elif one.state == FAILED and answered:
+                one.due_s = max(due_s, one.due_s)  # it reached nobody: retried as before
 
     def _keep(self, alert: Alert) -> None:
         self._alerts.append(alert)

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from gazechair.alerts.book import OVER
 from gazechair.base.state_folder import replace_file
 from gazechair.base.throttled_log import ThrottledLog
 
@@ -28,14 +29,16 @@ class Diary:
     def read(self) -> list[dict[str, Any]]:
         """Every alert that can be read."""
         try:
-            text = self._path.read_text(encoding="utf-8", errors="replace")
+            # Of the ends of lines that Python knows, JSON escapes only some.
+            with self._path.open(encoding="utf-8", errors="replace", newline="\n") as file:
+                lines = list(file)
         except FileNotFoundError:
             return []
         except OSError as error:
             self._throttled.warn("%s: cannot be read (%s)", self._path, error.strerror)
             return []
         found = []
-        for number, line in enumerate(text.splitlines(), 1):
+        for number, line in enumerate(lines, 1):
             try:
                 row = json.loads(line)
             except (ValueError, RecursionError):
@@ -47,16 +50,24 @@ class Diary:
         return found
 
     def write(self, rows: Iterable[Mapping[str, Any]]) -> bool:
-        """Replace the file, without the oldest lines if too large. False: the write failed."""
-        lines = [json.dumps(row).encode() + b"\n" for row in rows]
-        size = sum(map(len, lines))
-        first = 0
+        """Replace the file, without the oldest alerts if too large; those that are over go first.
+
+        False: the write failed.
+        """
+        kept = [(_line(row), row.get("state", OVER) == OVER) for row in rows]
+        size = sum(len(line) for line, _ in kept)
         while size > MOST_BYTES:
-            size -= len(lines[first])
-            first += 1
+            first = next((at for at, (_, over) in enumerate(kept) if over), 0)
+            size -= len(kept.pop(first)[0])
         try:
-            replace_file(self._path, b"".join(lines[first:]))
+            replace_file(self._path, b"".join(line for line, _ in kept))
         except OSError as error:
             self._throttled.warn("%s: %s; alerts are not kept", self._path, error.strerror)
             return False
         return True
+
+
+def _line(row: Mapping[str, Any]) -> bytes:
+    text = json.dumps(row, ensure_ascii=False)
+    # Half of a surrogate pair has no UTF-8: it stays as JSON writes it.
+    return text.encode(errors="backslashreplace") + b"\n"

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from gazechair.alerts import apprise_route, mqtt
-from gazechair.alerts.book import OPEN, SENT, Alert, Book, Route
+from gazechair.alerts.book import OPEN, OVER, SENT, Alert, Book, Route
 from gazechair.alerts.diary import Diary
-from gazechair.alerts.reasons import HELP, HELP_WANTED, KINDS, TEST, TRIED
+from gazechair.alerts.reasons import HELP, HELP_WANTED, KINDS, PART, TEST, TRIED
 from gazechair.alerts.sender import LOST, Sender
-from gazechair.alerts.watch import Situation, Watch
+from gazechair.alerts.watch import Situation, Watch, named_in
 from gazechair.alerts.words import words
 from gazechair.base import health as states
 from gazechair.base.battery import charge_percent
@@ -70,8 +70,11 @@ class Alerts:
         asked = self._book.of(HELP_WANTED)
         self.help_wanted = asked is not None and asked.state == OPEN
         """The driver asked for help before this host began, and nobody has answered."""
-        self._watch = Watch(config.alerts.stuck_s, self.help_wanted)
+        lost = self._book.of(PART)
+        named = named_in(lost.detail) if lost is not None and lost.state != OVER else ()
+        self._watch = Watch(config.alerts.stuck_s, self.help_wanted, named)
         self._failing: set[str] = set()
+        self._missing = False  # Apprise, as far as is known
         self._broker = config.alerts.mqtt
         self._node = re.sub(r"\W", "_", platform.node()) or "chair"
         self._told: dict[str, str] = {}
@@ -96,8 +99,8 @@ class Alerts:
 
     def start(self) -> None:
         """Start watching and sending."""
-        silent = not apprise_route.installed() and not self._broker
-        if self._health is not None and silent:
+        self._missing = not apprise_route.installed()
+        if self._health is not None and self._missing and not self._broker:
             self._health.set(states.LOST, LOST, apprise_route.MISSING)
         elif self._sender is not None:
             self._sender.start()
@@ -126,6 +129,8 @@ class Alerts:
             asked = self._book.of(HELP_WANTED)
             if asked is not None and asked.state == OPEN:
                 return any(one.state == SENT for one in asked.deliveries.values())
+            if self._missing or (self._health is not None and self._health.state == states.LOST):
+                return False
             return any(name not in self._failing for name in self._helpers)
 
     def as_json(self) -> dict[str, Any]:
@@ -180,7 +185,8 @@ class Alerts:
             for change in self._watch.look(situation, self._book.open_keys(), now_s):
                 if change.begins:
                     said = str(person["help_sentence"])
-                    self._book.raise_(change.key, now_s, self._wall(), said, change.detail)
+                    about = change.detail, change.since_s, change.another
+                    self._book.raise_(change.key, now_s, self._wall(), said, *about)
                 else:
                     self._book.end(change.key, now_s)
             asked = self._book.of(HELP_WANTED)

@@ -8,18 +8,19 @@ from dataclasses import dataclass, field
 from gazechair.alerts.book import AGAIN_S
 from gazechair.alerts.reasons import (
     AT_ONCE_S,
+    EXTRA_S,
     HELP_WANTED,
     OVERRULED,
     PART,
     REASONS,
     STANDS,
-    SYSTEM,
     TRIED,
 )
 
 MOVED_S = 2.0  # a chair that moved for this long is not stuck
 GAVE_UP_S = 30.0  # after this long without an attempt, the driver does not want to move
 EVENT_S = 600.0  # what is raised at once may be over at once: it stays, to be delivered and read
+STARTING_S = 60.0  # so long after a restart, a part that is starting may still be what it was
 _ENDED_BY_OTHERS = {HELP_WANTED, OVERRULED, TRIED}
 
 
@@ -44,6 +45,8 @@ class Situation:
     """Keys of the error handler's."""
     lost: Mapping[str, str] = field(default_factory=dict)
     """Other parts that are lost, and their detail."""
+    starting: bool = False
+    """Some part has not reported yet whether it works."""
 
 
 @dataclass(frozen=True)
@@ -53,18 +56,30 @@ class Change:
     key: str
     begins: bool
     detail: str = ""
+    since_s: float | None = None
+    """When the reason began; None: now."""
+    another: bool = False
+    """An alert that is open is about another event or part: its answer does not count."""
 
 
 class Watch:
     """How long each reason has lasted."""
 
-    def __init__(self, stuck_s: float, help_wanted: bool = False) -> None:
-        """`help_wanted`: the driver asked for help before this host began."""
+    def __init__(
+        self, stuck_s: float, help_wanted: bool = False, named: Collection[str] = ()
+    ) -> None:
+        """Of before this host began: `help_wanted`: the driver asked for help; `named`: the lost
+        parts that an open alert names."""
         self._stuck_s = stuck_s
         self._call = help_wanted
         self._calls = 0
+        self._named = named
+        self._restored: Collection[str] = ()
+        self._first_s: float | None = None
         self._since_s: dict[str, float] = {}
-        self._gone_s: dict[str, float] = {}
+        self._lost_since_s: dict[str, float] = {}
+        self._named_s: dict[str, float] = {}  # when a part that the alert names was last lost
+        self._gone_s: dict[str, float] = {}  # kept when the alert is over: it ended later
         self._raised: set[str] = set()
         self._press = 0
         self._stuck_since_s: float | None = None
@@ -73,6 +88,10 @@ class Watch:
 
     def look(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
         """Yields the changes; `open_keys`: the reasons whose alerts are not over."""
+        if self._first_s is None:
+            self._first_s = now_s
+            self._restored = {*open_keys}
+            self._named_s = dict.fromkeys(self._named, now_s)
         if now.call and (not self._call or now.calls != self._calls):
             yield Change(HELP_WANTED, True)
         elif not now.call and not now.coming and HELP_WANTED in open_keys:
@@ -80,23 +99,41 @@ class Watch:
         self._call, self._calls = now.call, now.calls
         yield from self._stuck(now, open_keys, now_s)
         lasting = {key for key in now.problems if key in REASONS}
-        if now.lost:
-            lasting.add(PART)
         self._since_s = {key: self._since_s.get(key, now_s) for key in lasting}
-        self._raised &= lasting
+        self._raised &= {*lasting, PART} if now.lost else lasting
         for key in sorted(lasting - self._raised):
             if now_s - self._since_s[key] >= REASONS[key].lasts_s:
                 self._raised.add(key)
-                if now_s - self._gone_s.get(key, now_s) >= AGAIN_S:
-                    yield Change(key, False)  # another event: the answer was to the one before
-                detail = "; ".join(": ".join(part) for part in sorted(now.lost.items()))
-                yield Change(key, True, detail if REASONS[key].kind == SYSTEM else "")
-        gone = {*open_keys} - lasting - _ENDED_BY_OTHERS
-        self._gone_s = {key: self._gone_s.get(key, now_s) for key in gone}
+                another = now_s - self._gone_s.get(key, now_s) >= AGAIN_S
+                yield Change(key, True, since_s=self._since_s[key], another=another)
+        yield from self._parts(now.lost, now_s)
+        if not now.starting or now_s - self._first_s >= STARTING_S:
+            self._restored = ()
+        gone = {*open_keys} - lasting - _ENDED_BY_OTHERS - {*self._restored}
+        if now.lost:
+            gone.discard(PART)
+        for key in lasting:
+            self._gone_s.pop(key, None)
+        for key in gone:
+            self._gone_s.setdefault(key, now_s)
         for key in sorted(gone):
             stays_s = EVENT_S if REASONS[key].lasts_s == AT_ONCE_S else 0.0
             if now_s - self._gone_s[key] >= stays_s:
                 yield Change(key, False)
+
+    def _parts(self, lost: Mapping[str, str], now_s: float) -> Iterator[Change]:
+        since_s = self._lost_since_s = {name: self._lost_since_s.get(name, now_s) for name in lost}
+        self._named_s |= dict.fromkeys(self._named_s.keys() & lost.keys(), now_s)
+        self._named_s = {
+            name: seen_s for name, seen_s in self._named_s.items() if now_s - seen_s < AGAIN_S
+        }
+        lasted = {name: lost[name] for name in lost if now_s - since_s[name] >= EXTRA_S}
+        another = not lasted.keys() <= self._named_s.keys()
+        if another or (lasted and PART not in self._raised):
+            self._raised.add(PART)
+            self._named_s |= dict.fromkeys(lasted, now_s)
+            began_s = min(since_s[name] for name in lasted)
+            yield Change(PART, True, _detail(lasted), began_s, another)
 
     def _stuck(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
         stands = STANDS in now.problems  # measured, whatever the board puts out
@@ -119,3 +156,12 @@ class Watch:
                 yield Change(OVERRULED, True)
         elif now_s - self._tried_s > GAVE_UP_S:
             self._stuck_since_s = None
+
+
+def _detail(lost: Mapping[str, str]) -> str:
+    return "; ".join(": ".join(part) for part in sorted(lost.items()))
+
+
+def named_in(detail: str) -> set[str]:
+    """The parts that an alert about lost parts names, from its detail."""
+    return {part.partition(": ")[0] for part in detail.split("; ")}

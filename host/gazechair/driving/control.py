@@ -180,8 +180,7 @@ class Control:
     def situation(self) -> Situation:
         """What may be a reason to call somebody now."""
         with self._lock:
-            now_s, parts = self._clock(), self._parts.states()
-            state = self._link.state()
+            now_s, parts, state = self._clock(), self._parts.states(), self._link.state()
             armed = state is not None and state.state == codes.ARMED
             command = self._arbiter.command
             return Situation(
@@ -198,6 +197,7 @@ class Control:
                     for name, part in parts.items()
                     if part.state == states.LOST and name not in ("board", "lidar", "camera")
                 },
+                any(part.state == states.STARTING for part in parts.values()),
             )
 
     def answer_call(self) -> None:

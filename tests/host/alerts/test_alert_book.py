@@ -233,6 +233,30 @@ def test_a_host_that_restarts_continues_where_it_was() -> None:
     assert again.book.open_keys() == {HELP_WANTED, "tilt"}
 
 
+def test_an_alert_that_opens_again_has_its_own_time_also_for_the_next_route() -> None:
+    book = Book([FIRST, THIRD])
+    book.raise_(HELP_WANTED, 0.0, 0.0)
+    book.acknowledge(1, "Anna")
+    book.raise_(HELP_WANTED, 480.0, 480.0)
+    assert book.as_json()[0]["at"] == 480
+    again = Book([FIRST, THIRD])
+    again.restore(book.as_json(), 540.0, 540.0)
+    for now_s, names in ((540.0, ["first"]), (779.0, []), (780.0, ["third"])):
+        assert [route.name for _, route in again.due(now_s)] == names
+        again.result(1, "first", "", now_s)
+
+
+def test_who_repeats_a_call_that_nobody_answered_has_waited_since_the_first() -> None:
+    book = Book([SECOND])
+    book.raise_(HELP_WANTED, 0.0, 0.0)
+    book.end(HELP_WANTED, 50.0)
+    book.raise_(HELP_WANTED, 60.0, 60.0)
+    assert book.due(119.0) == []
+    again = Book([SECOND])
+    again.restore(book.as_json(), 119.0, 119.0)
+    assert [route.name for _, route in again.due(120.0)] == ["second"]
+
+
 def test_what_was_over_before_a_restart_does_not_return_with_its_old_date() -> None:
     week_s = 7 * 24 * 3600.0
     scene = Scene()
@@ -272,6 +296,7 @@ class AnyOrder(RuleBasedStateMachine):
         super().__init__()
         self.scene = Scene()
         self.since_s: dict[str, float] = {}  # open, unanswered and never interrupted, by key
+        self.before_s: dict[int, float] = {}  # the same of alerts that ended unanswered, by number
 
     @rule(key=st.sampled_from(KEYS), times=st.integers(1, 20))
     def repeat(self, key: str, times: int) -> None:
@@ -282,7 +307,9 @@ class AnyOrder(RuleBasedStateMachine):
             self.scene.raise_(key)
         alert = self.scene.book.of(key)
         if alert is not None and alert.state == OPEN:
-            self.since_s.setdefault(key, self.scene.now_s)
+            # A part that is back within the minute goes on with its alert, help begins again.
+            known_s = self.before_s.get(alert.number, self.scene.now_s)
+            self.since_s.setdefault(key, self.scene.now_s if key == HELP_WANTED else known_s)
 
     @precondition(lambda self: self.since_s)
     @rule(data=st.data(), by=st.sampled_from(["Anna", "Bert"]))
@@ -297,6 +324,9 @@ class AnyOrder(RuleBasedStateMachine):
     @rule(data=st.data())
     def end(self, data: st.DataObject) -> None:
         key = data.draw(st.sampled_from(sorted(self.since_s)))
+        alert = self.scene.book.of(key)
+        assert alert is not None
+        self.before_s[alert.number] = self.since_s[key]
         self.scene.book.end(key, self.scene.now_s)
         self._silent(key)
 

@@ -72,6 +72,29 @@ def test_the_oldest_go_first(tmp_path: Path) -> None:
     assert len(found) > 40
 
 
+def test_an_open_alert_outlives_those_that_are_over(tmp_path: Path) -> None:
+    diary = Diary(tmp_path)
+    many: list[dict[str, object]] = [{**row, "detail": "x" * 2000} for row in rows(MOST_ALERTS)]
+    many[0]["state"], many[1]["state"] = "open", "acknowledged"
+    assert diary.write(many)
+    assert (tmp_path / FILE_NAME).stat().st_size <= MOST_BYTES
+    found = diary.read()
+    assert found == [*many[:2], *many[2 - len(found) :]]
+    every = [{**row, "state": "open"} for row in many]
+    assert diary.write(every)
+    assert diary.read() == every[-len(found) :]
+
+
+def test_text_takes_the_bytes_of_its_letters_and_any_text_is_read_again(tmp_path: Path) -> None:
+    diary = Diary(tmp_path)
+    many = [{**row, "sentence": "нужна помощь, " * 20} for row in rows(MOST_ALERTS)]
+    assert diary.write(many)
+    assert diary.read() == many
+    odd = [{**many[0], "sentence": "\r\n\x85\u2028\x1c\ud800\\"}]
+    assert diary.write(odd)
+    assert diary.read() == odd
+
+
 def test_a_disk_that_refuses_is_said_and_nothing_else(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

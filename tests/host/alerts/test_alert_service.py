@@ -18,7 +18,7 @@ from gazechair.alerts.reasons import HELP_WANTED
 from gazechair.alerts.service import LOOK_S, Alerts
 from gazechair.alerts.watch import Situation
 from gazechair.alerts.words import Words
-from gazechair.base.health import OK, HealthRegistry
+from gazechair.base.health import LOST, OK, STARTING, HealthRegistry
 from gazechair.config.configuration import AlertsConfig, Config, RouteConfig
 from gazechair.config.rules import Secret
 from gazechair.driving.control import Control
@@ -33,13 +33,15 @@ ROUTES = (
 class Rig:
     """Control and alerts in virtual time; messages are recorded instead of sent."""
 
-    def __init__(self, folder: Path, routes: tuple[RouteConfig, ...] = ROUTES) -> None:
+    def __init__(
+        self, folder: Path, routes: tuple[RouteConfig, ...] = ROUTES, broker: str = ""
+    ) -> None:
         self.now_s = 10.0
         self.folder = folder
         self.parts = HealthRegistry(lambda: self.now_s)
         for name in ("board", "lidar", "camera"):
             self.parts.part(name).set(OK)
-        config = Config(routes=routes)
+        config = Config(routes=routes, alerts=AlertsConfig(mqtt=Secret(broker)))
         self.alerts = Alerts(
             config, folder, self.parts, lambda: self.now_s, lambda: 1e9 + self.now_s
         )
@@ -162,6 +164,35 @@ def test_a_call_outlives_the_host(rig: Rig, tmp_path: Path) -> None:
     assert [row["count"] for row in again.alerts.as_json()["alerts"]] == [1]
 
 
+def test_an_answer_outlives_the_host_while_the_lidar_starts(rig: Rig, tmp_path: Path) -> None:
+    rig.parts.part("lidar").set(LOST, "lidar_lost")
+    rig.wait(61)
+    assert rig.alerts.acknowledge(rig.row()["number"], "Anna")
+    Diary(tmp_path).write(rig.alerts.as_json()["alerts"])
+    again = Rig(tmp_path)
+    lidar = again.parts.part("lidar")
+    lidar.set(STARTING, "lidar_starting")
+    again.wait(10)
+    assert again.row()["state"] == "acknowledged"
+    lidar.set(LOST, "lidar_lost")
+    again.wait(100)
+    assert (again.row()["state"], again.row()["by"], again.sent) == ("acknowledged", "Anna", [])
+
+
+def test_only_another_lost_part_than_before_a_restart_calls_again(rig: Rig, tmp_path: Path) -> None:
+    rig.parts.part("log").set(LOST, "log_lost")
+    rig.wait(301)
+    assert rig.alerts.acknowledge(rig.row()["number"], "Anna")
+    Diary(tmp_path).write(rig.alerts.as_json()["alerts"])
+    again = Rig(tmp_path)
+    again.parts.part("log").set(LOST, "log_lost")
+    again.wait(301)
+    assert again.sent == []
+    again.parts.part("map").set(LOST, "map_lost")
+    again.wait(301)
+    assert [said for _, _, said in again.sent] == ["log: log_lost; map: map_lost"]
+
+
 def test_a_test_is_sent_everywhere_and_its_failures_are_shown(rig: Rig) -> None:
     rig.problem = "refused"
     rig.alerts.test("telefoon van Anna")
@@ -180,6 +211,34 @@ def test_without_the_package_the_reason_is_shown(
     assert rig.row()["deliveries"]["zus"]["detail"] == apprise_route.MISSING
     rig.alerts.start()
     assert rig.parts.part("alerts").detail == apprise_route.MISSING
+
+
+def test_without_the_package_the_driver_reads_before_a_call_that_nobody_hears(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(apprise_route, "find_spec", lambda _: None)
+    rig.alerts.start()
+    assert rig.shown()["heard"] is False
+
+
+def test_a_broker_sends_no_message_of_a_route(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(apprise_route, "find_spec", lambda _: None)
+    rig = Rig(tmp_path, broker="mqtt://house")
+    assert rig.alerts._sender is not None
+    monkeypatch.setattr(rig.alerts._sender, "start", lambda: None)
+    rig.alerts.start()
+    assert rig.parts.part("alerts").state == STARTING
+    assert rig.shown()["heard"] is False
+    rig.alerts.stop()
+
+
+def test_while_the_sending_process_is_lost_nobody_hears(rig: Rig) -> None:
+    rig.parts.part("alerts").set(LOST, "alerts_lost")
+    assert rig.shown()["heard"] is False
+    rig.parts.part("alerts").set(OK)
+    assert rig.shown()["heard"] is True
 
 
 def test_the_threads_keep_the_diary(tmp_path: Path) -> None:

@@ -9,7 +9,15 @@ import pytest
 
 from gazechair.alerts.book import ACKNOWLEDGED, AGAIN_S, OPEN, OVER, Book, Route
 from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, STANDS
-from gazechair.alerts.watch import EVENT_S, GAVE_UP_S, MOVED_S, Situation, Watch
+from gazechair.alerts.watch import (
+    EVENT_S,
+    GAVE_UP_S,
+    MOVED_S,
+    STARTING_S,
+    Situation,
+    Watch,
+    named_in,
+)
 
 QUIET = Situation()
 STUCK_S = 60.0
@@ -79,6 +87,22 @@ def test_other_parts_are_named(scene: Scene) -> None:
     assert scene.details == ["input gamepad: gone; log: disk is full"]
 
 
+def test_each_part_is_lost_for_five_minutes_of_its_own(scene: Scene) -> None:
+    scene.see(replace(QUIET, lost={"map": "gone"}), 150)
+    scene.see(replace(QUIET, lost={"map": "gone", "odometry": "gone"}), 50)
+    scene.see(replace(QUIET, lost={"odometry": "gone"}), 300)
+    assert scene.seen == [(450.0, PART, True)]
+    assert scene.details == ["odometry: gone"]
+
+
+def test_a_lost_camera_is_not_told_with_the_parts_that_are_lost_too(scene: Scene) -> None:
+    scene.see(replace(QUIET, problems={"camera_lost"}, lost={"log": "disk is full"}), 400)
+    assert dict(zip((key for _, key, _ in scene.seen), scene.details, strict=True)) == {
+        "camera_lost": "",
+        PART: "log: disk is full",
+    }
+
+
 def tries(scene: Scene, times: int, every_s: float, first: int = 1) -> None:
     """Press after press, each overruled at once."""
     for press in range(first, first + times):
@@ -136,7 +160,8 @@ def watched(watch: Watch, book: Book) -> Callable[[Situation, float], list[str]]
     def see(situation: Situation, now_s: float) -> list[str]:
         for change in watch.look(situation, book.open_keys(), now_s):
             if change.begins:
-                book.raise_(change.key, now_s, now_s)
+                about = change.detail, change.since_s, change.another
+                book.raise_(change.key, now_s, now_s, "", *about)
             else:
                 book.end(change.key, now_s)
         due = book.due(now_s)
@@ -145,6 +170,122 @@ def watched(watch: Watch, book: Book) -> Callable[[Situation, float], list[str]]
         return [route.name for _, route in due]
 
     return see
+
+
+def during(
+    see: Callable[[Situation, float], list[str]], situation: Situation, from_s: int, till_s: int
+) -> list[str]:
+    """Has both see it once a second; returns the routes that are used."""
+    return [route for at_s in range(from_s, till_s) for route in see(situation, float(at_s))]
+
+
+LOST = replace(QUIET, problems={"lidar_lost"})
+STARTS = replace(QUIET, starting=True)
+LOG = replace(QUIET, lost={"log": "disk is full"})
+BOTH = replace(QUIET, lost={"log": "disk is full", "odometry": "gone"})
+
+
+def test_another_part_calls_again_though_the_first_was_answered() -> None:
+    book = Book([Route("anna")])
+    see = watched(Watch(STUCK_S), book)
+    assert during(see, LOG, 0, 400) == ["anna"]
+    book.acknowledge(1, "Anna")
+    assert during(see, BOTH, 400, 700) == []
+    assert during(see, BOTH, 700, 800) == ["anna"]
+    (alert,) = book.alerts()
+    assert (alert.state, alert.count, alert.detail) == (
+        OPEN,
+        2,
+        "log: disk is full; odometry: gone",
+    )
+
+
+def test_a_part_that_returns_within_a_minute_is_no_other_part() -> None:
+    book = Book([Route("anna")])
+    see = watched(Watch(STUCK_S), book)
+    assert during(see, BOTH, 0, 400) == ["anna"]
+    book.acknowledge(1, "Anna")
+    assert during(see, LOG, 400, 410) + during(see, BOTH, 410, 800) == []
+    assert during(see, QUIET, 800, 810) + during(see, BOTH, 810, 1200) == []
+    assert [alert.state for alert in book.alerts()] == [ACKNOWLEDGED]
+    assert during(see, LOG, 1200, 1200 + int(AGAIN_S)) == []
+    assert during(see, BOTH, 1260, 1561) == ["anna"], "it was there for a minute"
+
+
+def test_a_part_that_the_host_of_before_named_is_no_other_part() -> None:
+    for named, used in (("log: disk is full", ["anna"]), ("log: disk; odometry: gone", [])):
+        book = Book([Route("anna")])
+        book.raise_(PART, 0.0, 0.0, detail=named)
+        book.acknowledge(1, "Anna")
+        see = watched(Watch(STUCK_S, named=named_in(named)), book)
+        assert during(see, STARTS, 0, 5) + during(see, BOTH, 5, 400) == used
+
+
+def test_what_flaps_within_a_minute_is_the_same_alert_and_its_answer_holds() -> None:
+    book = Book([Route("anna"), Route("bert", 120.0)])
+    see = watched(Watch(STUCK_S), book)
+    assert during(see, LOST, 0, 100) == ["anna"]
+    book.acknowledge(1, "Anna")
+    assert during(see, LOST, 100, 200) + see(QUIET, 200.0) + during(see, LOST, 201, 400) == []
+    assert [(alert.state, alert.by) for alert in book.alerts()] == [(ACKNOWLEDGED, "Anna")]
+    assert during(see, QUIET, 400, 400 + int(AGAIN_S)) == []
+    assert during(see, LOST, 460, 521) == ["anna"], "it was there for a minute"
+    assert [alert.state for alert in book.alerts()] == [OVER, OPEN]
+
+
+def test_what_flaps_and_nobody_answered_goes_to_the_next_route_on_time() -> None:
+    book = Book([Route("anna"), Route("bert", 200.0)])
+    see = watched(Watch(STUCK_S), book)
+    assert during(see, LOST, 0, 100) + see(QUIET, 100.0) + during(see, LOST, 101, 259) == ["anna"]
+    assert see(LOST, 259.0) == []
+    assert see(LOST, 260.0) == ["bert"]
+    assert [alert.state for alert in book.alerts()] == [OPEN]
+
+
+@pytest.mark.parametrize("first", [STARTS, QUIET])
+@pytest.mark.parametrize("key", ["lidar_lost", "wiper"])
+def test_an_answer_survives_a_restart(key: str, first: Situation) -> None:
+    lost = replace(QUIET, problems={key})
+    before = Book([Route("anna")])
+    assert during(watched(Watch(STUCK_S), before), lost, 0, 200) == ["anna"]
+    before.acknowledge(1, "Anna")
+    book = Book([Route("anna")])
+    book.restore(before.as_json(), 0.0, 200.0)
+    see = watched(Watch(STUCK_S), book)
+    assert see(first, 0.0) + during(see, lost, 1, 200) == []
+    assert [(alert.state, alert.by) for alert in book.alerts()] == [(ACKNOWLEDGED, "Anna")]
+
+
+def test_a_host_that_restarts_often_reaches_the_next_route_all_the_same() -> None:
+    book = Book([Route("anna"), Route("bert", 120.0)])
+    used = during(watched(Watch(STUCK_S), book), LOST, 0, 61)
+    for start_s in range(61, 301, 30):
+        rows, book = book.as_json(), Book([Route("anna"), Route("bert", 120.0)])
+        book.restore(rows, float(start_s), float(start_s))
+        see = watched(Watch(STUCK_S), book)
+        used += during(see, STARTS, start_s, start_s + 10)
+        used += during(see, LOST, start_s + 10, start_s + 30)
+    assert used == ["anna", "bert"]
+
+
+def test_what_is_gone_after_a_restart_is_over_once_every_part_has_reported() -> None:
+    book = Book([])
+    book.raise_("lidar_lost", 0.0, 0.0)
+    see = watched(Watch(STUCK_S), book)
+    during(see, STARTS, 0, 10)
+    assert [alert.state for alert in book.alerts()] == [OPEN]
+    see(QUIET, 10.0)
+    assert [alert.state for alert in book.alerts()] == [OVER]
+
+
+def test_a_part_that_starts_for_ever_does_not_keep_an_alert_open() -> None:
+    book = Book([])
+    book.raise_("lidar_lost", 0.0, 0.0)
+    see = watched(Watch(STUCK_S), book)
+    during(see, STARTS, 0, int(STARTING_S))
+    assert [alert.state for alert in book.alerts()] == [OPEN]
+    see(STARTS, STARTING_S)
+    assert [alert.state for alert in book.alerts()] == [OVER]
 
 
 @pytest.mark.parametrize("acknowledged", [True, False])
@@ -173,6 +314,17 @@ def test_another_event_within_the_ten_minutes_calls_again_though_the_first_was_a
     assert see(MOVES, 300.0) == ["anna"]
     (alert,) = book.alerts()
     assert (alert.state, alert.by, alert.count) == (OPEN, "", 2)
+
+
+def test_another_event_right_after_the_ten_minutes_calls_again_too() -> None:
+    book = Book([Route("anna")])
+    see = watched(Watch(STUCK_S), book)
+    assert see(MOVES, 0.0) == ["anna"]
+    book.acknowledge(1, "Anna")
+    assert see(QUIET, 1.0) + see(QUIET, EVENT_S + 1.0) + see(QUIET, EVENT_S + 2.0) == []
+    assert [alert.state for alert in book.alerts()] == [OVER]
+    assert see(MOVES, EVENT_S + 20.0) == ["anna"]
+    assert [alert.state for alert in book.alerts()] == [OPEN]
 
 
 def test_an_answer_holds_while_the_same_event_lasts_or_returns_within_a_minute() -> None:
