@@ -83,8 +83,7 @@ const acts = {
     if (since < armWordsMs || performance.now() - armWordsMs < WORDS_MS) return;
     if (practice.on) return [practice.arm(), showState(state, performance.now())];
     if (state?.state !== "disarmed") return socket.send("disarm");
-    hint.asked(performance.now());
-    socket.sendFresh("arm");
+    if (socket.sendFresh("arm")) hint.asked(performance.now());
   },
   mode() {
     const next = AFTER[body.dataset.mode];

@@ -78,15 +78,29 @@ class FirstDrive {
     return this.#ask({ cache: "no-store" });
   }
 
-  /** Shows the host's refusal of the held button or of a request. */
+  /** Shows the host's refusal of the held button or of a request, until the next one. */
   refused(reason) {
+    const row = this.#rows.get(this.#open);
+    const text = this.#tell(reason);
+    if (row) [row.refusal, row.late] = [text, reason === "stale_token"];
+    return text;
+  }
+
+  /** Shows the reason until the host's next answer. */
+  #tell(reason) {
     const row = this.#rows.get(this.#open);
     const text = this.#words.reason(reason);
     if (row) put(row.told, text);
     return text;
   }
 
+  /** The open step is tried anew. */
+  #forget() {
+    this.#rows.get(this.#open).refusal = "";
+  }
+
   #post(wish) {
+    this.#forget();
     return this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
   }
 
@@ -97,7 +111,7 @@ class FirstDrive {
     try {
       const answer = await (await fetch("/first-drive", request)).json();
       if (answer.steps) this.#show(answer);
-      else refusal = this.refused(answer.reason);
+      else refusal = request.method ? this.refused(answer.reason) : this.#tell(answer.reason);
     } catch (error) {
       console.warn(`first drive: ${error.message}`);
       refusal = this.#words.reason("no_answer");
@@ -137,7 +151,8 @@ class FirstDrive {
     inside.append(element("p", "why", label(`first_${step}_why`)), fact);
     if (!TELLS.includes(step)) inside.append(controls, told);
     item.append(head, inside);
-    this.#rows.set(step, { item, head, mark, fact, told, controls, asks: null, shown: "" });
+    const news = { asks: null, shown: "", refusal: "", late: false };
+    this.#rows.set(step, { item, head, mark, fact, told, controls, ...news });
     if (MOVES.includes(step)) this.#hold(step, controls);
     else if (!TELLS.includes(step)) this.#begin(step, controls, choices);
     return item;
@@ -146,6 +161,7 @@ class FirstDrive {
   #choose(step) {
     this.end();
     this.#open = step;
+    this.#forget();
     for (const [name, { item, head }] of this.#rows) {
       item.dataset.open = name === step;
       head.ariaExpanded = String(name === step);
@@ -168,7 +184,10 @@ class FirstDrive {
     let edge = 0;
     this.#held.push(
       new Held(button, {
-        begin: () => (edge = this.#on.edge()),
+        begin: () => {
+          this.#forget();
+          edge = this.#on.edge();
+        },
         held: () => this.#on.hold(step, edge),
         end: () => this.#on.letGo(),
       }),
@@ -236,7 +255,11 @@ class FirstDrive {
     put(mine.fact, this.#words.fact(row));
     const runs = run.step === step;
     this.#answers(step, mine, runs ? run.asks : "");
-    put(mine.told, this.#told(step, runs, refused, run));
+    const told = this.#told(step, runs, refused, run);
+    // The step itself says so now; or a late proof of holding was followed by one in time.
+    if (told === mine.refusal || (mine.late && told !== mine.shown)) mine.refusal = "";
+    mine.shown = told;
+    put(mine.told, mine.refusal || told);
   }
 
   /** Once the fit has ended: its result or error. */

@@ -26,6 +26,8 @@ export class MapView {
       const point = this.#image && this.#metres(event);
       if (point) tapped(...point);
     });
+    // The phone is turned, the window is resized, its tab or its style sheet comes.
+    new ResizeObserver(() => this.draw()).observe(canvas);
   }
 
   /** Shows this picture once it has loaded, until then the one before; false: it did not load. */
@@ -58,7 +60,8 @@ export class MapView {
   /** The auto motion: `way` and `goal` of the host's `going`, or null. */
   way(going) {
     const on = going && !["arrived", "ended"].includes(going.state) ? going : null;
-    if (JSON.stringify(on?.way) === JSON.stringify(this.#going?.way)) return;
+    const before = JSON.stringify([this.#going?.way, this.#going?.goal]);
+    if (JSON.stringify([on?.way, on?.goal]) === before) return;
     this.#going = on;
     this.draw();
   }
@@ -87,9 +90,9 @@ export class MapView {
   #metres(event) {
     const box = this.#canvas.getBoundingClientRect();
     const { pixels, left, top, wide, high } = this.#scale();
-    const ratio = this.#canvas.width / box.width;
-    const x = (event.clientX - box.left) * ratio - left;
-    const y = (event.clientY - box.top) * ratio - top;
+    // Until the next frame, a canvas that has just been resized is shown distorted.
+    const x = ((event.clientX - box.left) * this.#canvas.width) / box.width - left;
+    const y = ((event.clientY - box.top) * this.#canvas.height) / box.height - top;
     if (x < 0 || y < 0 || x > wide || y > high) return null;
     return [this.#place.x + x / pixels, this.#place.y + (high - y) / pixels];
   }

@@ -32,11 +32,7 @@ function look() {
 }
 new MutationObserver(look).observe(status, { childList: true, subtree: true, attributes: true });
 addEventListener("resize", look);
-// Now the canvas has its place and its size.
-link.onload = () => {
-  look();
-  view.draw();
-};
+link.onload = look;
 
 /** The chair's pose from the host (null: not known), and its present or planned path. */
 export function show(where, _strings, { going, spot }) {

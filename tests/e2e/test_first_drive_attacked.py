@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import pytest
 
 from firstdriverig import FirstDriveRig
 from gazelink import codes
+from gazesim.lockstep_page import Page
 
 
 @pytest.fixture
@@ -30,6 +33,29 @@ def test_a_button_still_held_begins_no_other_step(rig: FirstDriveRig) -> None:
     rig.run(50)
     assert rig.guide.due is None
     assert rig.neutral()
+
+
+def test_another_caretaker_is_told_once_that_somebody_holds_a_button(rig: FirstDriveRig) -> None:
+    begun(rig, "tune")
+    other = Page(cast(Any, rig), "caretaker")
+    edge = 1
+
+    def holds() -> None:
+        other.one_ms(rig.now_ms)
+        if rig.now_ms % 25 == 0:
+            other._send_fresh(k="step", step="relay", held=True, edge=edge)
+
+    rig.watch = holds
+    rig.run(200)
+    assert rig.refusals == ["first_busy"]
+    rig.let_go()
+    assert rig._finish() == "first_let_go"
+    rig.run(500)
+    assert rig.guide.due is None
+    assert rig.refusals == ["first_busy"]
+    edge += 1
+    rig.run(50)
+    assert rig.guide.due is not None
 
 
 # In virtual time a wait of the step's thread is where the world moves on.

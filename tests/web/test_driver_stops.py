@@ -72,7 +72,7 @@ def test_a_page_without_its_person_takes_back_that_driving_was_asked_for(driver,
     assert [m["k"] for m in driver.heard("arm", "disarm")] == ["arm", "disarm"]
 
 
-@pytest.mark.parametrize("answer", ["refused", "not armed"])
+@pytest.mark.parametrize("answer", ["refused", "not armed", "another drives"])
 def test_what_was_not_granted_is_not_taken_back_from_who_drives(driver, host, answer):
     driver.state(**OFF)
     driver.advance(500)
@@ -80,11 +80,22 @@ def test_what_was_not_granted_is_not_taken_back_from_who_drives(driver, host, an
     if answer == "refused":
         refusal = {"what": "arm", "reason": "not_owner", "detail": "another page drives"}
         host.say({"k": "refused", **refusal})
-    else:
+        driver.state()  # it comes after that
+    elif answer == "not armed":
         driver.advance(700)
-    driver.state(state="armed", owner="caretaker")
+    else:
+        driver.state(state="armed", owner="caretaker")
     driver.page.evaluate(HIDE["blur"])
-    assert driver.heard("disarm") == []
+    assert [m["k"] for m in driver.heard("arm", "disarm")] == ["arm"]
+
+
+def test_what_was_never_sent_is_not_taken_back_either(driver):
+    driver.state(**OFF)
+    driver.advance(500)
+    driver.run_for(700)  # no word from the host, and soon somebody else drives
+    driver.page.locator("#arm").click()
+    driver.page.evaluate(HIDE["blur"])
+    assert driver.heard("arm", "disarm") == []
 
 
 def test_looking_away_from_a_page_that_does_not_drive_stops_nobody(driver):

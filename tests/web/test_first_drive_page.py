@@ -120,6 +120,80 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     page.mouse.up()
 
 
+def test_a_refusal_is_told_until_the_button_is_pressed_again(caretaker):
+    host, page = caretaker.host, caretaker.page
+    tune = {"step": "tune", "done": False, "refused": "", "profile": "3.1"}
+    relay = {"step": "relay", "done": False, "refused": ""}
+    failed = {"step": "tune", "ok": False, "reason": "first_let_go", "detail": ""}
+
+    def now(refused: str = "", **run) -> str:
+        """Set the host's answer from now on; returns what the page tells after three of them."""
+        rows = [{**tune, "refused": refused}, relay]
+        host.replies["GET /first-drive"] = 200, {"steps": rows, "run": {**RUN, **run}}
+        for _ in range(3):
+            caretaker.advance(600)
+            page.wait_for_load_state("networkidle")
+        return page.locator(".first li[data-open=true] .told").inner_text()
+
+    def refused(reason: str) -> None:
+        host.say({"k": "refused", "what": "step", "reason": reason, "detail": ""})
+        caretaker.state()  # it comes after that
+
+    page.locator("#tab-settings").click()
+    page.locator("#tab-first").click()
+    now()
+    caretaker.wait_until(lambda: caretaker.advance(600) or page.locator(".first li").count(), "it")
+    assert now(ended=failed).startswith("Gestopt.")
+    button = page.locator(".first li[data-open=true] button.held")
+    button.hover()
+    page.mouse.down()
+    refused("first_cap")
+    assert now(ended=failed).startswith("Inmeten draait op volle snelheid")
+    page.mouse.up()
+    assert now(ended=failed).startswith("Inmeten draait op volle snelheid")
+    page.mouse.down()
+    assert now(ended=failed).startswith("Gestopt.")
+    # Too late, but the next proof of the same press came in time.
+    refused("stale_token")
+    assert now(ended=failed).startswith("De verbinding was te traag")
+    assert now(step="tune", pulses=2).startswith("2 van 10")
+    page.mouse.up()
+    # What the step itself tells now ends when that does.
+    refused("emergency")
+    stopped = now("emergency")
+    assert "noodstop" in stopped.lower()
+    assert now() == ""
+    refused("first_busy")
+    assert "al een stap" in now()
+    for number in (2, 1):  # another step, and back
+        page.locator(f".first li:nth-child({number}) .head").click()
+    assert now() == ""
+
+
+def test_a_refused_request_is_told_until_the_next_one(caretaker):
+    host, page = caretaker.host, caretaker.page
+    heading = next(row for row in ROWS if row["step"] == "heading")
+    answer = {"steps": [heading], "run": RUN}
+    host.replies |= {
+        "GET /first-drive": (200, answer),
+        "POST /first-drive": (409, {"reason": "first_busy", "detail": ""}),
+    }
+    page.locator("#tab-settings").click()
+    page.locator("#tab-first").click()
+    begin = page.locator(".first .controls button")
+    told = page.locator(".first .told")
+    caretaker.wait_until(lambda: caretaker.advance(600) or begin.count(), "the step")
+    begin.click()
+    caretaker.wait_until(lambda: "al een stap" in told.inner_text(), "why not")
+    for _ in range(3):
+        caretaker.advance(600)
+        page.wait_for_load_state("networkidle")
+        assert "al een stap" in told.inner_text()
+    host.replies["POST /first-drive"] = 200, answer
+    begin.click()
+    caretaker.wait_until(lambda: told.inner_text() == "", "the host to take it")
+
+
 def test_who_is_added_meanwhile_can_be_chosen(caretaker):
     host, page = caretaker.host, caretaker.page
     person = next(row for row in ROWS if row["step"] == "person")

@@ -315,7 +315,9 @@ def test_nothing_on_the_pairing_page_moves(page, host, language):
     wait = {"reason": "too_many_guesses", "detail": "", "wait_s": 3}
     host.replies["POST /pair"] = 429, wait
     page.keyboard.press("Enter")
-    wait_until(lambda: page.locator("#go").is_disabled(), "the wait")
+    # The request itself disables it, too.
+    page.wait_for_selector("#answer[data-kind=error]")
+    assert page.locator("#go").is_disabled()
     moved += take(page)
     page.clock.run_for(4500)
     moved += take(page)

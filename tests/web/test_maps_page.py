@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from gazechair.sensing.mapping.stored.home_map import HomeMap
@@ -121,6 +122,40 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     caretaker.advance(1000)
     page.locator("#maps .rename .sure", has_text="Zeker weten").click()
     posted({"map": "a1", "delete": True})
+
+
+def test_a_tap_on_a_phone_that_was_turned_counts_where_it_is(caretaker):
+    host, page = caretaker.host, caretaker.page
+    page.set_viewport_size({"width": 360, "height": 640})
+    host.pictures["a1"] = PICTURE.png
+    host.replies |= {
+        "GET /maps": (200, KNOWN),
+        "GET /maps/a1": (200, DETAILS),
+        "POST /maps": (200, KNOWN),
+    }
+    page.locator("#tab-settings").click()
+    page.locator("#tab-maps").click()
+    tool = page.locator("#maps [data-tool=no_go]")
+    canvas = page.locator("#maps canvas")
+    drawn = (
+        "one => one.getContext('2d').getImageData(0, 0, one.width, one.height).data.some(x => x)"
+    )
+    caretaker.wait_until(
+        lambda: caretaker.advance(600) or (tool.is_visible() and canvas.evaluate(drawn)), "the map"
+    )
+    tool.click()
+    page.set_viewport_size({"width": 640, "height": 360})
+    corners = [[1.0, 3.0], [3.0, 3.0], [3.0, -1.0]]
+    for x, y in corners:
+        box = canvas.bounding_box()
+        scale = min(box["width"] / 8.0, box["height"] / 6.0)
+        left, top = (box["width"] - 8.0 * scale) / 2, (box["height"] - 6.0 * scale) / 2
+        canvas.click(position={"x": left + (x + 1.0) * scale, "y": top + (4.0 - y) * scale})
+    page.locator("#maps .form .strong").click()
+    wait_until(lambda: "no_go" in host.posted[-1][1], "the area")
+    found = host.posted[-1][1]["no_go"]
+    assert np.array(found) == pytest.approx(np.array(corners), abs=0.05)
+    assert canvas.evaluate("one => one.height === one.clientHeight")  # nothing is distorted
 
 
 def test_a_caretaker_takes_files_home_and_a_change_back(caretaker):

@@ -102,6 +102,25 @@ def test_a_style_sheet_that_comes_after_the_map_hides_nothing(driver):
     picture_came(page)
 
 
+def test_it_is_drawn_anew_on_a_tablet_that_was_turned(driver):
+    host, page = driver.host, driver.page
+    host.pictures["a1"] = PICTURE.png
+    host.replies["GET /maps/a1"] = (200, DETAILS)
+    small = page.locator("#small-map")
+
+    def shown() -> bool:
+        driver.state(where=WHERE)
+        driver.run_for(500)
+        return small.count() == 1 and small.is_visible()
+
+    wait_until(shown, "the small map")
+    picture_came(page)
+    page.set_viewport_size({"width": 1080, "height": 1920})
+    fits = "one => one.width === one.clientWidth && one.height === one.clientHeight"
+    wait_until(lambda: small.evaluate(fits), "the other shape")
+    picture_came(page)
+
+
 def test_a_map_that_does_not_come_is_asked_for_again(driver):
     host, small = driver.host, driver.page.locator("#small-map")
     host.pictures["a1"] = PICTURE.png

@@ -9,12 +9,21 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from enum import Enum, auto
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardId, BoardState
 from gazechair.driving.press import Presses
 from gazechair.service.tune.armed_session import Link
 from gazelink import codes
+
+
+class Pressed(Enum):
+    """What a message of a pressed button means."""
+
+    ANEW = auto()
+    BEFORE = auto()  # already known, whether it still counts or not
+    IN_VAIN = auto()  # somebody else holds a button
 
 
 class Held:
@@ -34,18 +43,18 @@ class Held:
         self.cap_permille = 1000
         """Limit for all outputs that pass."""
 
-    def press(self, client: int, edge: int, deadline_s: float) -> bool:
-        """The button is pressed, proven until `deadline_s`; True for a new press."""
+    def press(self, client: int, edge: int, deadline_s: float) -> Pressed:
+        """The button is pressed, proven until `deadline_s`."""
         with self._lock:
             if not self._presses.is_new(client, edge):
                 self._presses.refresh(client, edge, deadline_s)
-                return False
+                return Pressed.BEFORE
             if self._lasts():
-                return False  # somebody else holds it
+                return Pressed.IN_VAIN
             self._began_s = self._clock()
             self._moved = False
             self._presses.begin(client, edge, deadline_s)
-            return True
+            return Pressed.ANEW
 
     def release(self, client: int) -> None:
         """This page's button is released, or the page is gone."""

@@ -9,6 +9,7 @@ from gazechair.driving.driver_port import Message, RelayingPort
 from gazechair.driving.messages import BadMessage, HoldBypass, parse
 from gazechair.driving.refusal import Refusal
 from gazechair.first_drive.guide import Guide, StepRefused
+from gazechair.first_drive.held import Pressed
 from gazelink import codes
 
 _STOPS = ("stop", "disarm", "emergency", "release")
@@ -72,7 +73,10 @@ class FirstDrivePort(RelayingPort):
         proven_s = self._control.proven_s(press.proof)
         if proven_s is None:
             return Refusal("step", "stale_token", "the held button was too long on its way")
-        if self._guide.held.press(client, press.edge, proven_s + _KEEPS_S):
+        pressed = self._guide.held.press(client, press.edge, proven_s + _KEEPS_S)
+        if pressed is Pressed.IN_VAIN:
+            return Refusal("step", "first_busy", "somebody else holds a step's button")
+        if pressed is Pressed.ANEW:
             try:
                 self._begin(str(message.get("step")), self._control.snapshot(client))
             except StepRefused as refused:

@@ -130,6 +130,11 @@ class Mission:
         return self.state == DRIVING and self._follower.turns_on_spot
 
     @property
+    def way_to_goal(self) -> Way | None:
+        """Its path; None while it follows only the path to the goal before, or none."""
+        return self.way if self._way_to == self.goal else None
+
+    @property
     def left_m(self) -> float:
         """Remaining length of the path."""
         return 0.0 if self._located is None else self._follower.left_m(self._located.pose)

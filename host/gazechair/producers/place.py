@@ -113,7 +113,7 @@ class PlaceProducer(Producer):
 
 
 def _way(mission: Mission) -> list[list[float]]:
-    if mission.way is None:
+    if mission.way_to_goal is None:
         return []
-    points = mission.way.points_m[:_MOST_POINTS]
+    points = mission.way_to_goal.points_m[:_MOST_POINTS]
     return [[round(float(x), 2), round(float(y), 2)] for x, y in points]

@@ -82,7 +82,7 @@ class Ride:
         elif now_s - self._blocked_s > _BLOCKED_S:
             return Said(None, "ended", mission.reason)
         state = _STATES.get(mission.state, "waits")
-        shown = {"left_m": round(mission.left_m, 1)}
+        shown = {} if mission.way_to_goal is None else {"left_m": round(mission.left_m, 1)}
         return Said((stick.linear_permille, stick.turn_permille), state, mission.reason, shown)
 
     def _look(self, mission: Mission, at: Pose, time_s: float) -> None:

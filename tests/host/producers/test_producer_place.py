@@ -173,6 +173,30 @@ def test_a_press_on_the_way_keeps_the_mission_and_changes_its_goal(
     assert first.way.points_m[-1].tolist() == [2.0, 3.0]
 
 
+@pytest.mark.parametrize(("y_m", "state"), [(3.0, "drives"), (0.05, "blocked")])
+def test_the_old_goals_path_is_not_shown_as_the_new_goals(
+    producer: place.PlaceProducer, thinker: Later, y_m: float, state: str
+) -> None:
+    """`blocked`: no way leads there, in the wall."""
+    producer.press(press(1))
+    now_s = drive(producer, thinker, 10.0)
+    shown = producer.step(here(now_s), now_s).shown
+    assert shown["way"][-1] == [2.0, 2.0]
+    assert shown["left_m"] == pytest.approx(2.0, abs=0.1)
+    now_s += 0.05
+    producer.press(press(2, at_s=now_s, y=y_m))
+    said = producer.step(here(now_s), now_s)
+    assert (said.state, said.shown) == ("drives", {"way": []})
+    now_s = drive(producer, thinker, now_s + 0.05)
+    said = producer.step(here(now_s), now_s)
+    assert said.state == state
+    if state == "blocked":
+        assert said.shown == {"way": []}
+    else:
+        assert said.shown["way"][-1] == [2.0, 3.0]
+        assert said.shown["left_m"] > 2.0
+
+
 @pytest.mark.parametrize(
     "another",
     [
