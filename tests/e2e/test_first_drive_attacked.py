@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Any, cast
+from unittest import mock
 
 import pytest
 
@@ -255,3 +256,31 @@ def test_who_arms_before_the_neutral_is_set_is_the_reason_that_is_told(rig: Firs
 
     rig.watch = drives
     assert rig.post(run="neutral") == "setting_while_armed"
+
+
+@pytest.mark.parametrize("kind", ["arm", "take", "cap"])
+def test_what_comes_in_the_moment_a_step_begins_is_refused(rig: FirstDriveRig, kind: str) -> None:
+    arm = rig.guide.storing.arm
+
+    def begins() -> Any:
+        rig.guide._step = "turn"
+        return arm()
+
+    with mock.patch.object(rig.guide.storing, "arm", begins):
+        rig.caretaker.say(k=kind, permille=300)
+        rig.run(20)
+    assert rig.refusals == ["not_owner"]
+
+
+def test_the_cap_of_a_step_is_that_of_its_beginning(rig: FirstDriveRig) -> None:
+    cap = {"k": "cap", "permille": 300, "token": rig.control.token()}
+    arm = rig.guide.storing.arm
+
+    def capped() -> Any:
+        with mock.patch.object(rig.guide.storing, "arm", arm):
+            rig.control.receive(rig.caretaker.client, cap)
+        return arm()
+
+    with mock.patch.object(rig.guide.storing, "arm", capped):
+        begun(rig, "turn")
+    assert rig.guide.held.cap_permille == 300

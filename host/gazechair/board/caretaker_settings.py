@@ -48,7 +48,7 @@ class Link(Protocol):
 
 
 class CaretakerSettings:
-    """Thread-safe. Every method waits for the board, two seconds once it has become silent."""
+    """Thread-safe. Every method waits for the board, while that is silent a second a setting."""
 
     def __init__(
         self,
@@ -99,6 +99,8 @@ class CaretakerSettings:
                 self._ask(codes.SETTING_SET, index, value)
             saving = True
             self._ask(codes.SETTING_SAVE)
+            if any(self._ask(codes.SETTING_GET, index) != value for index, value in changes):
+                raise SettingsRefused("not_connected", "the board restarted before it saved", True)
         except SettingsRefused as refusal:
             if not saving and not refusal.unheard:
                 changed -= 1
@@ -107,10 +109,13 @@ class CaretakerSettings:
 
     def _put_back(self, before: Sequence[tuple[int, int]], save: bool) -> None:
         """`save`: the new values may be in the flash. Half of the old ones must not get there."""
-        with contextlib.suppress(SettingsRefused):  # told already; the page reads again
-            for index, value in reversed(before):
+        for index, value in reversed(before):
+            try:  # told already; the page reads again
                 self._ask(codes.SETTING_SET, index, value)
-            if save:
+            except SettingsRefused:
+                save = False
+        if save:
+            with contextlib.suppress(SettingsRefused):
                 self._ask(codes.SETTING_SAVE)
 
     def _step(self, wishes: dict[str, Any]) -> list[tuple[int, int]]:

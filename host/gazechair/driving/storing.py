@@ -33,6 +33,6 @@ class Storing:
 
     @contextmanager
     def arm(self) -> Iterator[bool]:
-        """Ask for the chair within it, without waiting; False: settings are being stored."""
+        """Ask for the chair, or change its cap, within it; False: settings are being stored."""
         with self._lock:
             yield self._stores == 0

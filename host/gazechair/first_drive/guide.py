@@ -324,7 +324,7 @@ class Guide:
     def _neutral(self, _: Any) -> None:
         board = BoardSettings(self._link)
         self._joystick = JoystickCalibration(
-            board, self._lines.append, self._read_line, self._clock, self._wait
+            board, self._lines.append, self._read_line, self._clock, self._wait, self.storing.store
         )
         self._joystick.run()
         values = board.all()

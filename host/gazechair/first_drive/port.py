@@ -16,6 +16,8 @@ _STOPS = ("stop", "disarm", "emergency", "release")
 # What another page must not begin while a step moves the chair: it stops the step first.
 _OTHERS = ("arm", "take", "cmd", "drive", "mode", "bypass", "cap", "reset")
 _ARMS = ("arm", "take")
+_ONE_AT_A_TIME = (*_ARMS, "cap")  # and the beginning of a step
+_MEANWHILE = "a caretaker is setting up the chair"
 _STORING = "settings of the chair are being stored; try again"
 _FULL_PERMILLE = 1000
 _KEEPS_S = 0.3  # a proof of holding is valid this long, the same as on the board
@@ -43,14 +45,15 @@ class FirstDrivePort(RelayingPort):
         viewer = self._control.role(client) == "viewer"
         if kind in _STOPS and not viewer:
             self._guide.held.end()
-        elif self._guide.moving and kind in _OTHERS:
-            detail = "a caretaker is setting up the chair"
-            return [Refusal(str(kind), "not_owner", detail).message()]
-        elif kind in _ARMS and not viewer:
+        elif kind in _ONE_AT_A_TIME and not viewer:
             with self._guide.storing.arm() as may:
-                if may:
-                    return super().receive(client, message)
-            return [Refusal(str(kind), "board_busy", _STORING).message()]
+                if self._guide.moving:
+                    return [Refusal(str(kind), "not_owner", _MEANWHILE).message()]
+                if kind in _ARMS and not may:
+                    return [Refusal(str(kind), "board_busy", _STORING).message()]
+                return super().receive(client, message)
+        elif self._guide.moving and kind in _OTHERS:
+            return [Refusal(str(kind), "not_owner", _MEANWHILE).message()]
         return super().receive(client, message)
 
     def snapshot(self, client: int) -> Message:
@@ -78,21 +81,22 @@ class FirstDrivePort(RelayingPort):
             return Refusal("step", "first_busy", "somebody else holds a step's button")
         if pressed is Pressed.ANEW:
             try:
-                self._begin(str(message.get("step")), self._control.snapshot(client))
+                self._begin(str(message.get("step")), client)
             except StepRefused as refused:
                 self._guide.held.release(client)
                 return Refusal("step", refused.reason, str(refused))
         return None
 
-    def _begin(self, step: str, state: Message) -> None:
-        if state["owner"] != codes.OWNERS[codes.NOBODY]:
-            # The board may not have armed for them yet.
-            raise StepRefused("setting_while_armed")
-        if step == "tune" and state["cap_permille"] < _FULL_PERMILLE:
-            raise StepRefused("first_cap", "tuning turns the chair as fast as it can")
-        # While the step moves the chair, nobody may change it.
-        self._guide.held.cap_permille = state["cap_permille"]
+    def _begin(self, step: str, client: int) -> None:
         with self._guide.storing.arm() as may:
+            state = self._control.snapshot(client)
+            if state["owner"] != codes.OWNERS[codes.NOBODY]:
+                # The board may not have armed for them yet.
+                raise StepRefused("setting_while_armed")
+            if step == "tune" and state["cap_permille"] < _FULL_PERMILLE:
+                raise StepRefused("first_cap", "tuning turns the chair as fast as it can")
             if not may:
                 raise StepRefused("board_busy", _STORING)
+            # While the step moves the chair, nobody may change it.
+            self._guide.held.cap_permille = state["cap_permille"]
             self._guide.begin(step)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from gazechair.base.health import Health
 from gazechair.base.told import ToldError
@@ -89,9 +89,15 @@ class BoardSettings:
         """Put all defaults in force, but the joystick's neutral."""
         self._ask(codes.SETTING_DEFAULTS)
 
-    def save(self) -> None:
-        """Write what is in force to the board's flash."""
+    def save(self, values: Mapping[int, int]) -> None:
+        """Write what is in force to the board's flash; `values`, {index: value}, must still be.
+
+        A board that restarts before it saves, or drops a neutral, has lost what was set.
+        """
         self._ask(codes.SETTING_SAVE)
+        if any(self.get(index) != value for index, value in values.items()):
+            text = "not saved: the board restarted or lost its connection meanwhile; try again"
+            raise SettingsError(text, "board_restarted")
 
     def save_heading(self) -> None:
         """Keep the heading sensor's calibration across a reset."""

@@ -11,9 +11,9 @@ def store(board: BoardSettings, index: int, value: int) -> None:
     try:
         board.set(index, value)
         saving = True
-        board.save()
+        board.save({index: value})
     except SettingsError as error:
         board.set(index, before)
         if saving and may_be_done(error):
-            board.save()
+            board.save({index: before})
         raise

@@ -1,7 +1,8 @@
 """`gazechair calibrate joystick` with a board in memory: guided, within limits, never half done."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
 
 import pytest
 
@@ -52,7 +53,7 @@ class MemoryBoard:
             raise self.refusal
         self.values[index] = value
 
-    def save(self) -> None:
+    def save(self, values: Mapping[int, int]) -> None:
         if self.full:
             text = "save refused: the board could not write it to its flash"
             raise SettingRefused(text, codes.SETTING_NOT_STORED)
@@ -199,6 +200,16 @@ def test_what_was_refused_from_the_first_on_needs_nothing_set_back(board: Memory
     with pytest.raises(SettingRefused, match="driving is on"):
         run(board, "unplugged", "+")
     assert (board.counts, board.sets) == (STORED, 1)
+
+
+def test_while_somebody_is_about_to_drive_nothing_is_stored(board: MemoryBoard) -> None:
+    given = iter(["unplugged", "ok", "ok", "save"])
+    calibration = JoystickCalibration(
+        board, print, lambda: next(given), storing=lambda: nullcontext(False)
+    )
+    with pytest.raises(CalibrateError, match="driving is on"):
+        calibration.run()
+    assert (board.sets, board.saved) == (0, None)
 
 
 def test_ctrl_c_gives_the_old_counts_back(board: MemoryBoard) -> None:

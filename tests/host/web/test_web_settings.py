@@ -12,6 +12,7 @@ from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
 
 LINEAR = index_of("linear_permille")
+PROFILE = index_of("profile")
 STEP = index_of("step_forward_ms")
 
 
@@ -120,10 +121,9 @@ def test_what_was_stored_unheard_is_set_back_in_the_flash_too(
 
 
 def test_half_of_what_was_set_back_is_not_saved(caretaker: Any, board: Any) -> None:
-    before, lost, asked = list(board.values), [], []
+    before, lost = list(board.values), []
 
     def loses(request: int, index: int, value: int) -> bool:
-        asked.append(request)
         back = request == codes.SETTING_SET and (index, value) == (LINEAR, before[LINEAR])
         lose = request == codes.SETTING_SAVE or back
         lost.extend([request] * lose)
@@ -133,7 +133,23 @@ def test_half_of_what_was_set_back_is_not_saved(caretaker: Any, board: Any) -> N
     found, _, answer = caretaker.post("/settings", {"set": {"profile": 4, "linear_permille": 1000}})
     assert (found, answer["reason"]) == (503, "not_connected")
     assert board.saved == []
-    assert asked[-1] == codes.SETTING_SET  # nor is more asked of a board that does not answer
+    assert board.values[PROFILE] == before[PROFILE]  # what can be set back is
+
+
+def test_a_board_that_restarts_before_it_saves_has_stored_nothing(
+    caretaker: Any, board: Any
+) -> None:
+    before = list(board.values)
+
+    def restarts(request: int, *_: int) -> bool:
+        if request == codes.SETTING_SAVE:
+            board.values[:] = before
+        return False
+
+    board.loses = restarts
+    found, _, answer = caretaker.post("/settings", {"set": {"linear_permille": 1000}})
+    assert (found, answer["reason"]) == (503, "not_connected")
+    assert board.values == board.saved == before
 
 
 def test_what_was_stored_unheard_and_then_refused_is_set_back_in_the_flash_too(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from gazechair.board.state import BoardState
@@ -19,6 +20,7 @@ _CHANNELS = (("neutral_linear_count", "linear", 1), ("neutral_turn_count", "turn
 _READ_BACK_S = 3.0
 _SETTLED_S = 0.05  # the board calls a wrong read-back a fault after a few ticks
 _POLL_S = 0.01
+_DRIVING = "driving is on; switch it off first (Rijden uit)"
 
 
 class Board(Protocol):
@@ -33,8 +35,8 @@ class Board(Protocol):
     def set_neutral(self, index: int, value: int) -> None:
         """Put a neutral count in force."""
 
-    def save(self) -> None:
-        """Write what is in force to the board's flash."""
+    def save(self, values: Mapping[int, int]) -> None:
+        """Write what is in force to the board's flash; `values` must still be."""
 
 
 class JoystickCalibration:
@@ -50,12 +52,17 @@ class JoystickCalibration:
         read_line: Callable[[], str],
         clock: Callable[[], float] = time.monotonic,
         wait: Callable[[float], None] = time.sleep,
+        storing: Callable[[], contextlib.AbstractContextManager[bool]] = (
+            lambda: contextlib.nullcontext(True)
+        ),
     ) -> None:
+        """`storing`: nobody arms within it, see driving.storing; False: somebody drives."""
         self._board = board
         self._say = say
         self._read_line = read_line
         self._clock = clock
         self._wait = wait
+        self._storing = storing
         self._counts: list[int] = []
         self._changed = False
 
@@ -77,11 +84,15 @@ class JoystickCalibration:
             self._say(f"linear {self._counts[0]}, turn {self._counts[1]}: type 'save' to keep them")
             if self._answer("save") != "save":
                 raise CalibrateError("not saved; the counts are as before", "neutral_not_saved")
-            # Straight before the save: whatever else was asked of the board meanwhile.
-            for (name, _, _), count in zip(_CHANNELS, self._counts, strict=True):
-                self._set(index_of(name), count)
-            saving = True
-            self._board.save()
+            with self._storing() as nobody_drives:
+                if not nobody_drives:
+                    raise CalibrateError(_DRIVING, "board_armed")
+                # Straight before the save: whatever else was asked of the board meanwhile.
+                counts = _indexed(self._counts)
+                for index, count in counts.items():
+                    self._set(index, count)
+                saving = True
+                self._board.save(counts)
             saved = True
         except SettingsError as error:
             saving = saving and may_be_done(error)
@@ -95,7 +106,7 @@ class JoystickCalibration:
     def _check_state(self) -> BoardState:
         state = self._state()
         if state.state != codes.DISARMED:
-            raise CalibrateError("driving is on; switch it off first (Rijden uit)", "board_armed")
+            raise CalibrateError(_DRIVING, "board_armed")
         self._check_read_back(state)
         return state
 
@@ -192,10 +203,10 @@ class JoystickCalibration:
     def _restore(self, before: list[int], save: bool) -> None:
         """`save`: the new counts may be in the flash."""
         try:
-            for (name, _, _), count in zip(_CHANNELS, before, strict=True):
-                self._board.set_neutral(index_of(name), count)
+            for index, count in _indexed(before).items():
+                self._board.set_neutral(index, count)
             if save:
-                self._board.save()
+                self._board.save(_indexed(before))
         except (SettingsError, KeyboardInterrupt) as error:
             raise CalibrateError(
                 "the neutral counts could not be put back ({error}); switch the board off and on,"
@@ -204,3 +215,8 @@ class JoystickCalibration:
                 error=str(error) or "stopped",
             ) from None
         self._say(f"back at linear {before[0]}, turn {before[1]}")
+
+
+def _indexed(counts: Sequence[int]) -> dict[int, int]:
+    """{setting: count} of both channels."""
+    return {index_of(name): count for (name, _, _), count in zip(_CHANNELS, counts, strict=True)}

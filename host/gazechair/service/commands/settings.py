@@ -29,7 +29,7 @@ def _settings(options: argparse.Namespace) -> int:
         for index, value in changes:
             board.set(index, value)
         if options.save:
-            board.save()
+            board.save(dict(changes))
         if options.save_heading:
             board.save_heading()
         print(board_settings.as_text(board.all()))

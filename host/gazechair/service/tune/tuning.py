@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from gazechair.service.board_settings import SettingsError, may_be_done
@@ -46,8 +46,8 @@ class Board(Protocol):
     def set(self, index: int, value: int) -> None:
         """Set a value, not saved yet."""
 
-    def save(self) -> None:
-        """Save the values in force to the board's flash."""
+    def save(self, values: Mapping[int, int]) -> None:
+        """Save the values in force to the board's flash; `values` must still be."""
 
 
 class Tuning:
@@ -145,7 +145,7 @@ class Tuning:
                 changed.append(index)  # perhaps only the answer was lost
                 self._board.set(index, value)
             saving = True
-            self._board.save()
+            self._board.save(values)
         except BaseException as error:  # Ctrl-C, too, leaves nothing half stored
             told = isinstance(error, SettingsError)
             why = str(error) if told else "stopped"
@@ -161,7 +161,7 @@ class Tuning:
             for index, value in ((tuned, 0), *_last(tuned, old)):
                 self._board.set(index, value)
             if save:
-                self._board.save()
+                self._board.save(old)
         except (SettingsError, KeyboardInterrupt):
             raise TuneError(
                 "not stored ({error}), and what was changed could not be put back; switch the"

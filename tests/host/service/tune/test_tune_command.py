@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ class MemoryBoard:
             raise SettingsError("set: the board does not answer")
         self.values[index] = value
 
-    def save(self) -> None:
+    def save(self, values: Mapping[int, int]) -> None:
         if self.full:
             text = "save refused: the board could not write it to its flash"
             raise SettingRefused(text, codes.SETTING_NOT_STORED)
