@@ -92,6 +92,11 @@ class Driver:
         """Lets Playwright deliver events (requests, routes), which it does only during calls."""
         wait_until(lambda: self.page.evaluate("true") and condition(), what)
 
+    def answered(self) -> None:
+        """Everything that the page has asked of the host is answered."""
+        answered = "spied.answered().then(() => spied.asked.size === 0)"
+        self.wait_until(lambda: self.page.evaluate(answered), "the answers")
+
     def data(self, name: str) -> str:
         return self.page.evaluate("name => document.body.dataset[name]", name)
 

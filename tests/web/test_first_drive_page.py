@@ -39,7 +39,7 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
         host.replies |= {"GET /first-drive": answer, "POST /first-drive": answer}
         for _ in range(3):
             caretaker.advance(600)
-            page.wait_for_load_state("networkidle")
+            caretaker.answered()
 
     def said(name: str) -> str:
         return page.locator(f".first li[data-open=true] .{name}").inner_text()
@@ -132,7 +132,7 @@ def test_a_refusal_is_told_until_the_button_is_pressed_again(caretaker):
         host.replies["GET /first-drive"] = 200, {"steps": rows, "run": {**RUN, **run}}
         for _ in range(3):
             caretaker.advance(600)
-            page.wait_for_load_state("networkidle")
+            caretaker.answered()
         return page.locator(".first li[data-open=true] .told").inner_text()
 
     def refused(reason: str) -> None:
@@ -187,7 +187,7 @@ def test_a_refused_request_is_told_until_the_next_one(caretaker):
     caretaker.wait_until(lambda: "al een stap" in told.inner_text(), "why not")
     for _ in range(3):
         caretaker.advance(600)
-        page.wait_for_load_state("networkidle")
+        caretaker.answered()
         assert "al een stap" in told.inner_text()
     host.replies["POST /first-drive"] = 200, answer
     begin.click()

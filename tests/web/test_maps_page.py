@@ -40,7 +40,7 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
         host.replies |= {"GET /maps": (200, answer), "POST /maps": (200, answer)}
         for _ in range(3):
             caretaker.advance(600)
-            page.wait_for_load_state("networkidle")
+            caretaker.answered()
 
     def told() -> str:
         return page.locator("#maps .told").inner_text()

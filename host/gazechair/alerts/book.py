@@ -64,6 +64,8 @@ class Alert:
     state: str = OPEN
     by: str = ""
     """Who has acknowledged it."""
+    since: float = 0.0
+    """Wall time since which nobody has answered: its routes wait from then."""
     ended_s: float = _NEVER_S
     deliveries: dict[str, Delivery] = field(default_factory=dict)
 
@@ -78,7 +80,8 @@ class Alert:
             "number": self.number,
             "key": self.key,
             "kind": self.kind,
-            "at": round(min(max(0.0, self.at), _MOST_AT)),
+            "at": _bounded(self.at),
+            "since": _bounded(self.since),
             "sentence": self.sentence,
             "detail": self.detail,
             "count": self.count,
@@ -170,10 +173,11 @@ class Book:
             for one in alert.deliveries.values():
                 if one.state == FAILED:
                     one.state, one.attempts, one.due_s = WAITING, 0, now_s
+            return alert
+        alert.sentence, alert.detail = sentence, detail
         # A person who asks again wants an answer again; a part that fails again is known.
-        elif another or (alert.kind == HELP and alert.state != OPEN):
-            self._open_again(alert, now_s, wall_s, another)
-            alert.sentence, alert.detail = sentence, detail
+        if another or (alert.kind == HELP and alert.state != OPEN):
+            self._open_again(alert, now_s, wall_s)
         elif alert.state == OVER:
             alert.state, alert.ended_s = ACKNOWLEDGED if alert.by else OPEN, _NEVER_S
         return alert
@@ -225,7 +229,7 @@ class Book:
             for route in self._routes.values():
                 if alert.kind not in route.kinds:
                     continue
-                waited_s = min(max(0.0, wall_s - alert.at), route.after_s)
+                waited_s = min(max(0.0, wall_s - alert.since), route.after_s)
                 old = row["deliveries"].get(route.name, {})
                 one = Delivery(now_s + route.after_s - waited_s)
                 if old.get("state") in (SENT, FAILED):
@@ -236,7 +240,7 @@ class Book:
     # Inside
 
     def _new(self, key: str, now_s: float, wall_s: float, sentence: str, detail: str) -> Alert:
-        alert = Alert(self._next, key, wall_s, sentence, detail)
+        alert = Alert(self._next, key, wall_s, sentence, detail, since=wall_s)
         self._next += 1
         for route in self._routes.values():
             if alert.kind == TEST:
@@ -246,11 +250,12 @@ class Book:
         self._keep(alert)
         return alert
 
-    def _open_again(self, alert: Alert, now_s: float, wall_s: float, another: bool) -> None:
+    def _open_again(self, alert: Alert, now_s: float, wall_s: float) -> None:
         # A call is acknowledged first and gets the name later; one that is over keeps the name.
         answered = alert.state == ACKNOWLEDGED or alert.by != ""
-        if answered or another:
-            alert.at = wall_s  # else nobody has answered: its routes wait since the first time
+        alert.at = wall_s
+        if answered:
+            alert.since = wall_s
         alert.state, alert.by, alert.ended_s = OPEN, "", _NEVER_S
         for name, one in alert.deliveries.items():
             due_s = now_s + self._routes[name].after_s
@@ -283,6 +288,10 @@ class Book:
         return True
 
 
+def _bounded(wall_s: float) -> int:
+    return round(min(max(0.0, wall_s), _MOST_AT))
+
+
 def _live(alert: Alert, one: Delivery) -> bool:
     # A test is attempted once, whatever becomes of it.
     return one.attempts == 0 if alert.kind == TEST else alert.state == OPEN
@@ -300,6 +309,7 @@ def alert_of(row: Mapping[str, Any]) -> Alert | None:
             int(row["count"]),
             str(row["state"]),
             str(row["by"]),
+            float(row.get("since", row["at"])),
         )
         good = alert.key in REASONS and alert.state in STATES and 0 <= alert.at <= _MOST_AT
         good = good and all(isinstance(one, dict) for one in row["deliveries"].values())

@@ -74,7 +74,8 @@ class Watch:
         self._call = help_wanted
         self._calls = 0
         self._named = named
-        self._restored: Collection[str] = ()
+        self._restored: set[str] = set()
+        self._events: set[str] = set()  # open when this host began, and not there then
         self._first_s: float | None = None
         self._since_s: dict[str, float] = {}
         self._lost_since_s: dict[str, float] = {}
@@ -88,9 +89,11 @@ class Watch:
 
     def look(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
         """Yields the changes; `open_keys`: the reasons whose alerts are not over."""
+        lasting = {key for key in now.problems if key in REASONS}
         if self._first_s is None:
             self._first_s = now_s
             self._restored = {*open_keys}
+            self._events = {key for key in self._restored - lasting if _at_once(key)}
             self._named_s = dict.fromkeys(self._named, now_s)
         if now.call and (not self._call or now.calls != self._calls):
             yield Change(HELP_WANTED, True)
@@ -98,26 +101,26 @@ class Watch:
             yield Change(HELP_WANTED, False)
         self._call, self._calls = now.call, now.calls
         yield from self._stuck(now, open_keys, now_s)
-        lasting = {key for key in now.problems if key in REASONS}
         self._since_s = {key: self._since_s.get(key, now_s) for key in lasting}
         self._raised &= {*lasting, PART} if now.lost else lasting
         for key in sorted(lasting - self._raised):
             if now_s - self._since_s[key] >= REASONS[key].lasts_s:
                 self._raised.add(key)
-                another = now_s - self._gone_s.get(key, now_s) >= AGAIN_S
+                another = now_s - self._gone_s.get(key, now_s) >= AGAIN_S or key in self._events
                 yield Change(key, True, since_s=self._since_s[key], another=another)
         yield from self._parts(now.lost, now_s)
         if not now.starting or now_s - self._first_s >= STARTING_S:
-            self._restored = ()
-        gone = {*open_keys} - lasting - _ENDED_BY_OTHERS - {*self._restored}
+            self._restored = set()
+        gone = {*open_keys} - lasting - _ENDED_BY_OTHERS - self._restored
         if now.lost:
             gone.discard(PART)
+        self._events -= lasting
         for key in lasting:
             self._gone_s.pop(key, None)
         for key in gone:
             self._gone_s.setdefault(key, now_s)
         for key in sorted(gone):
-            stays_s = EVENT_S if REASONS[key].lasts_s == AT_ONCE_S else 0.0
+            stays_s = EVENT_S if _at_once(key) else 0.0
             if now_s - self._gone_s[key] >= stays_s:
                 yield Change(key, False)
 
@@ -133,7 +136,8 @@ class Watch:
             self._raised.add(PART)
             self._named_s |= dict.fromkeys(lasted, now_s)
             began_s = min(since_s[name] for name in lasted)
-            yield Change(PART, True, _detail(lasted), began_s, another)
+            told = {name: lost[name] for name in lost if name in self._named_s}
+            yield Change(PART, True, _detail(told), began_s, another)
 
     def _stuck(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
         stands = STANDS in now.problems  # measured, whatever the board puts out
@@ -156,6 +160,10 @@ class Watch:
                 yield Change(OVERRULED, True)
         elif now_s - self._tried_s > GAVE_UP_S:
             self._stuck_since_s = None
+
+
+def _at_once(key: str) -> bool:
+    return REASONS[key].lasts_s == AT_ONCE_S
 
 
 def _detail(lost: Mapping[str, str]) -> str:

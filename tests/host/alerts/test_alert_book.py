@@ -19,7 +19,7 @@ from gazechair.alerts.book import (
     Book,
     Route,
 )
-from gazechair.alerts.reasons import HELP_WANTED, KINDS, REASONS, TRIED
+from gazechair.alerts.reasons import HELP_WANTED, KINDS, PART, REASONS, TRIED
 from gazelink import codes
 
 FIRST = Route("first")
@@ -254,6 +254,29 @@ def test_who_repeats_a_call_that_nobody_answered_has_waited_since_the_first() ->
     assert book.due(119.0) == []
     again = Book([SECOND])
     again.restore(book.as_json(), 119.0, 119.0)
+    assert [route.name for _, route in again.due(120.0)] == ["second"]
+
+
+def test_another_part_is_told_with_its_time_and_nobody_has_answered_since_the_first() -> None:
+    route = Route("bert", 1800.0)
+    book = Book([route])
+    book.raise_(PART, 0.0, 0.0, detail="log: gone")
+    book.raise_(PART, 1700.0, 1700.0, detail="log: gone; map: gone", another=True)
+    again = Book([route])
+    again.restore(book.as_json(), 1750.0, 1750.0)
+    for one in (book, again):
+        assert one.as_json()[0]["at"] == 1700
+        assert one.alerts()[0].deliveries["bert"].due_s == 1800.0
+
+
+def test_a_diary_that_does_not_say_since_when_nobody_has_answered_is_read() -> None:
+    book = Book([SECOND])
+    book.raise_(HELP_WANTED, 0.0, 0.0)
+    (row,) = book.as_json()
+    del row["since"]
+    again = Book([SECOND])
+    again.restore([row], 100.0, 100.0)
+    assert again.due(119.0) == []
     assert [route.name for _, route in again.due(120.0)] == ["second"]
 
 

@@ -221,6 +221,27 @@ def test_a_part_that_the_host_of_before_named_is_no_other_part() -> None:
         assert during(see, STARTS, 0, 5) + during(see, BOTH, 5, 400) == used
 
 
+def test_an_alert_that_is_back_names_the_parts_that_are_lost_now() -> None:
+    book = Book([Route("anna"), Route("bert", 600.0)])
+    see = watched(Watch(STUCK_S), book)
+    odometry = replace(QUIET, lost={"odometry": "gone"})
+    assert during(see, BOTH, 0, 400) + during(see, QUIET, 400, 410) == ["anna"]
+    during(see, odometry, 410, 720)
+    (alert,) = book.alerts()
+    assert (alert.state, alert.detail) == (OPEN, "odometry: gone")
+
+
+def test_an_alert_that_is_back_names_a_part_that_returned_a_little_later_too() -> None:
+    book = Book([Route("anna")])
+    see = watched(Watch(STUCK_S), book)
+    during(see, BOTH, 0, 400)
+    during(see, QUIET, 400, 410)
+    during(see, LOG, 410, 440)
+    during(see, BOTH, 440, 1000)
+    (alert,) = book.alerts()
+    assert alert.detail == "log: disk is full; odometry: gone"
+
+
 def test_what_flaps_within_a_minute_is_the_same_alert_and_its_answer_holds() -> None:
     book = Book([Route("anna"), Route("bert", 120.0)])
     see = watched(Watch(STUCK_S), book)
@@ -339,3 +360,21 @@ def test_an_answer_holds_while_the_same_event_lasts_or_returns_within_a_minute()
     times += [see(MOVES, 500.0), see(QUIET, 501.0), see(MOVES, 502.0)]
     assert not any(times)
     assert [alert.state for alert in book.alerts()] == [ACKNOWLEDGED]
+
+
+@pytest.mark.parametrize(("started_s", "moves_s"), [(11, 40), (60, 100)])
+def test_another_event_after_a_restart_calls_again_though_the_first_was_answered(
+    started_s: int, moves_s: int
+) -> None:
+    before = Book([Route("anna")])
+    assert watched(Watch(STUCK_S), before)(MOVES, 0.0) == ["anna"]
+    before.acknowledge(1, "Anna")
+    book = Book([Route("anna")])
+    book.restore(before.as_json(), 0.0, 24 * 3600.0)
+    see = watched(Watch(STUCK_S), book)
+    assert during(see, STARTS, 0, started_s) + during(see, QUIET, started_s, moves_s) == []
+    assert see(MOVES, float(moves_s)) == ["anna"]
+    (alert,) = book.alerts()
+    assert (alert.state, alert.by, alert.count) == (OPEN, "", 2)
+    book.acknowledge(1, "Anna")
+    assert during(see, QUIET, 101, 130) + see(MOVES, 130.0) == [], "the same one again"
