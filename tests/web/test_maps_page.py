@@ -90,7 +90,7 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     page.locator("#maps .form input").fill("Bed van opa")
     page.locator("#maps .form select").select_option("bed")
     press("Bewaren")
-    wait_until(lambda: "place" in host.posted[-1][1], "the place")
+    wait_until(lambda: host.posted and "place" in host.posted[-1][1], "the place")
     wish = host.posted[-1][1]
     assert (wish["map"], wish["place"]["name"], wish["place"]["icon"]) == (
         "a1",
@@ -106,7 +106,7 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
         tap(*corner)
     host.replies["POST /maps"] = (400, {"reason": "map_area", "detail": "no extent"})
     press("Klaar")
-    wait_until(lambda: "no_go" in host.posted[-1][1], "the area")
+    wait_until(lambda: host.posted and "no_go" in host.posted[-1][1], "the area")
     assert len(host.posted[-1][1]["no_go"]) == 3
     caretaker.wait_until(lambda: "geen gebied" in told(), "why not")
     # Removed and deleted only at the second press.
@@ -152,7 +152,7 @@ def test_a_tap_on_a_phone_that_was_turned_counts_where_it_is(caretaker):
         left, top = (box["width"] - 8.0 * scale) / 2, (box["height"] - 6.0 * scale) / 2
         canvas.click(position={"x": left + (x + 1.0) * scale, "y": top + (4.0 - y) * scale})
     page.locator("#maps .form .strong").click()
-    wait_until(lambda: "no_go" in host.posted[-1][1], "the area")
+    wait_until(lambda: host.posted and "no_go" in host.posted[-1][1], "the area")
     found = host.posted[-1][1]["no_go"]
     assert np.array(found) == pytest.approx(np.array(corners), abs=0.05)
     assert canvas.evaluate("one => one.height === one.clientHeight")  # nothing is distorted

@@ -95,20 +95,22 @@ class Repl:
             # mpremote prints what it received when this fails
             with self._answering("enter the REPL of"), contextlib.redirect_stdout(io.StringIO()):
                 self._enter(errors.TransportError)
-                self._transport.exec(_HELPERS)
         except FlashError:
             self.close()
             raise
 
-    # A firmware that is exiting may still swallow the first request.
+    # A firmware that is exiting may still swallow the first request; a slow board answers it late,
+    # in place of what is asked next.
     def _enter(self, refused: type[Exception]) -> None:
-        for _ in range(_TRIES - 1):
+        for left in reversed(range(_TRIES)):
             try:
                 self._transport.enter_raw_repl(soft_reset=False, timeout_overall=_TRY_S)
+                self._transport.use_raw_paste = True  # a late answer seems to refuse it
+                self._transport.exec(_HELPERS)
                 return
             except refused:
-                continue
-        self._transport.enter_raw_repl(soft_reset=False, timeout_overall=_TRY_S)
+                if not left:
+                    raise
 
     @contextlib.contextmanager
     def _answering(self, doing: str) -> Iterator[None]:
