@@ -20,6 +20,7 @@ class FakeBoard:
         self.values = [row[1] for row in TABLE]
         self.saved: list[int] = []
         self.unanswered_saves = 0  # of the next ones: done, but nobody hears of it
+        self.restarts = False  # before each SAVE: it forgets what is not in its flash
         self.refuses: Callable[[int, int], int] = lambda _request, _index: 0
         self.loses: Callable[[int, int, int], bool] = lambda _request, _index, _value: False
         """True: this request does not arrive."""
@@ -36,6 +37,8 @@ class FakeBoard:
     ) -> SettingReply | None:
         if self.loses(request, index, value):
             return None
+        if request == codes.SETTING_SAVE and self.restarts:
+            self.values = list(self.saved) or [row[1] for row in TABLE]
         refused = self.refuses(request, index)
         if request == codes.SETTING_SET and not refused:
             self.values[index] = value

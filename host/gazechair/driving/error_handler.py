@@ -102,13 +102,8 @@ def of_host(
     if page_silent:
         problems.append(Problem("page_silent", codes.WARNING))
     errors = [problem.key for problem in problems if problem.severity == codes.ERROR]
-    return [
-        problem
-        for problem in problems
-        if not (
-            problem.key in _EFFECTS and any(key.startswith(_EFFECTS[problem.key]) for key in errors)
-        )
-    ]
+    follow = {key for key, cause in _EFFECTS.items() if any(e.startswith(cause) for e in errors)}
+    return [problem for problem in problems if problem.key not in follow]
 
 
 class ErrorHandler:

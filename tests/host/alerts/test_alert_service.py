@@ -87,6 +87,12 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
     rig.alerts.stop()
 
 
+def restarted(rig: Rig, folder: Path) -> Rig:
+    """The next host, with the diary of this one."""
+    Diary(folder).write(rig.alerts.as_json()["alerts"])
+    return Rig(folder)
+
+
 def test_help_goes_out_within_a_look_with_the_drivers_sentence_and_escalates(rig: Rig) -> None:
     before = rig.shown()["alerts"]
     rig.help()
@@ -156,8 +162,7 @@ def test_ten_calls_a_second_for_a_minute_neither_flood_nor_hide_the_last(rig: Ri
 def test_a_call_outlives_the_host(rig: Rig, tmp_path: Path) -> None:
     rig.help()
     rig.wait(60)
-    Diary(tmp_path).write(rig.alerts.as_json()["alerts"])
-    again = Rig(tmp_path)
+    again = restarted(rig, tmp_path)
     assert again.shown()["call"] is True
     again.wait(200)
     assert [route for _, route, _ in again.sent] == ["sms"]
@@ -168,8 +173,7 @@ def test_an_answer_outlives_the_host_while_the_lidar_starts(rig: Rig, tmp_path: 
     rig.parts.part("lidar").set(LOST, "lidar_lost")
     rig.wait(61)
     assert rig.alerts.acknowledge(rig.row()["number"], "Anna")
-    Diary(tmp_path).write(rig.alerts.as_json()["alerts"])
-    again = Rig(tmp_path)
+    again = restarted(rig, tmp_path)
     lidar = again.parts.part("lidar")
     lidar.set(STARTING, "lidar_starting")
     again.wait(10)
@@ -183,8 +187,7 @@ def test_only_another_lost_part_than_before_a_restart_calls_again(rig: Rig, tmp_
     rig.parts.part("log").set(LOST, "log_lost")
     rig.wait(301)
     assert rig.alerts.acknowledge(rig.row()["number"], "Anna")
-    Diary(tmp_path).write(rig.alerts.as_json()["alerts"])
-    again = Rig(tmp_path)
+    again = restarted(rig, tmp_path)
     again.parts.part("log").set(LOST, "log_lost")
     again.wait(301)
     assert again.sent == []

@@ -43,13 +43,7 @@ def test_what_was_stored_unheard_is_in_neither() -> None:
 def test_a_board_that_restarts_before_it_saves_has_stored_nothing_and_it_is_told() -> None:
     board = FakeBoard()
     before = list(board.values)
-
-    def restarts(request: int, *_: int) -> bool:
-        if request == codes.SETTING_SAVE:
-            board.values[:] = before
-        return False
-
-    board.loses = restarts
+    board.restarts = True
     with pytest.raises(SettingsError, match="restarted"):
         store(BoardSettings(board), PROFILE, 4)  # type: ignore[arg-type]
     assert board.values == board.saved == before

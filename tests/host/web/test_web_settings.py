@@ -140,13 +140,7 @@ def test_a_board_that_restarts_before_it_saves_has_stored_nothing(
     caretaker: Any, board: Any
 ) -> None:
     before = list(board.values)
-
-    def restarts(request: int, *_: int) -> bool:
-        if request == codes.SETTING_SAVE:
-            board.values[:] = before
-        return False
-
-    board.loses = restarts
+    board.restarts = True
     found, _, answer = caretaker.post("/settings", {"set": {"linear_permille": 1000}})
     assert (found, answer["reason"]) == (503, "not_connected")
     assert board.values == board.saved == before
