@@ -12,8 +12,9 @@ from gazechair.base.poses import to_frame
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Stick
-from gazechair.going.mission import Located, Mission
+from gazechair.going.mission import Mission
 from gazechair.going.plan import Planner, Pose
+from gazechair.going.rolled import Located
 from gazelink.settings_table import TABLE
 from gazesim.chair import Chair
 

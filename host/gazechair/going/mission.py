@@ -23,7 +23,7 @@ from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.people import speed_within
 from gazechair.going.plan import NO_WAY, NoWay, Planner, Pose, Way
 from gazechair.going.refusals import Refusals
-from gazechair.going.rolled import Rolled, moved
+from gazechair.going.rolled import Located, Rolled
 from gazechair.going.smooth import refused_s
 from gazechair.going.stuck import Overruled, Stuck
 
@@ -42,6 +42,7 @@ _RETRY_S = 2.5
 _MAY_OPEN_S = 7.0  # no plan leads past an obstacle: approach it, and wait this long
 _STAND_OFF_M = 0.8
 _DETOUR_S = 20.0
+_BETTER_S = 3.0
 _SAME_WAY_RAD = math.radians(6.0)
 _NEARER = 2
 _BESIDE_M = 0.45
@@ -51,16 +52,6 @@ _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
 _NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
 
 Planned = Way | NoWay
-
-
-@dataclass(frozen=True)
-class Located:
-    """The chair's pose and speeds at a time."""
-
-    pose: Pose
-    speed_m_s: float
-    rate_deg_s: float
-    time_s: float
 
 
 def at_once(job: Callable[[], Planned]) -> Future[Planned]:
@@ -100,6 +91,10 @@ class Mission:
     _pending: Future[Planned] | None = None
     _outdated: bool = False
     """The goal has changed since the pending plan was requested."""
+    _hurries: bool = False
+    """Another goal on the way: the first path found is taken, and then a better one looked for."""
+    _improves: bool = False
+    """The plan is made for a better path than the present one to the same goal."""
     _refused: Refusals = field(default_factory=Refusals)
     _asked: Stick = STOP
     _room_m: float = 0.0
@@ -122,6 +117,7 @@ class Mission:
         self._hit_since_s = self._shut_since_s = None
         self._went_round_s = -math.inf
         self._outdated = self._pending is not None
+        self._hurries = self.state == DRIVING
         self._ask_plan(drives_on=self.state == DRIVING)
 
     @property
@@ -185,7 +181,7 @@ class Mission:
             return STOP
         if self.state == LOST:
             self._ask_plan()
-        pose = moved(at.pose, at.speed_m_s, at.rate_deg_s, now_s - at.time_s)
+        pose = at.pose_at(now_s)
         waited = self._pending is None and now_s - self._gave_up_s > _RETRY_S
         if self.state == BLOCKED and waited:
             self._wants_plan = True
@@ -216,7 +212,7 @@ class Mission:
         return math.hypot(self.goal[0] - pose[0], self.goal[1] - pose[1])
 
     def _ask_plan(self, drives_on: bool = False) -> None:
-        self._wants_plan = True
+        self._wants_plan, self._improves = True, False
         if not drives_on:
             self.state, self.reason = PLANNING, ""
 
@@ -228,14 +224,18 @@ class Mission:
             self.plans += 1
             self.costmap.refresh(now_s)
             self._obstacles.suspect()
-            goal, refused = self.goal, self._refused.all
-            self._pending = self.submit(lambda: self.planner.plan(pose, goal, refused))
+            goal, refused, hurry = self.goal, self._refused.all, self._hurries
+            self._pending = self.submit(lambda: self.planner.plan(pose, goal, refused, hurry))
         if self._pending is None or not self._pending.done():
             return
         ready, self._pending = self._pending, None  # an error of the planner is raised once
         found = ready.result()
         if self._outdated:
             self._outdated, self._wants_plan = False, True
+            return
+        hurried, self._hurries = self._hurries, False
+        improves, self._improves = self._improves, False
+        if improves and not self._is_better(found):
             return
         hit, self._hit_since_s = self._hit_since_s is not None, None
         if self._may_open(found, hit, now_s):
@@ -250,6 +250,14 @@ class Mission:
         self._follower.take(found, pose)
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
+        if hurried and not found.is_easy and not self._wants_plan:
+            self._wants_plan = self._improves = True
+
+    def _is_better(self, found: Planned) -> bool:
+        """Whether it is worth leaving the present path, which leads to the same goal, for it."""
+        if isinstance(found, NoWay) or self.way is None:
+            return False
+        return found.cost_s < self.way.cost_s - _BETTER_S
 
     def _may_open(self, found: Planned, hit: bool, now_s: float) -> bool:
         """Whether to wait for the path to open: there is no other one, or only a long detour."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from gazechair.going.plan import Pose
 
@@ -22,6 +23,20 @@ def along(pose: Pose, metres: float, turned_rad: float) -> Pose:
 def moved(pose: Pose, speed_m_s: float, rate_deg_s: float, seconds: float) -> Pose:
     """The pose after `seconds` at constant speeds."""
     return along(pose, speed_m_s * seconds, math.radians(rate_deg_s) * seconds)
+
+
+@dataclass(frozen=True)
+class Located:
+    """The chair's pose and speeds at a time."""
+
+    pose: Pose
+    speed_m_s: float
+    rate_deg_s: float
+    time_s: float
+
+    def pose_at(self, time_s: float) -> Pose:
+        """Its pose at another time, if it moves on as it did."""
+        return moved(self.pose, self.speed_m_s, self.rate_deg_s, time_s - self.time_s)
 
 
 class Rolled:

@@ -13,11 +13,11 @@ from gazechair.going.mission import (
     DRIVING,
     LOST,
     PLANNING,
-    Located,
     Mission,
     Planned,
 )
 from gazechair.going.plan import Pose
+from gazechair.going.rolled import Located
 from gazechair.producers.contract import Said, Sensed
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.odometry import Estimate, Motion
