@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +22,7 @@ from gazechair.going.mission import (
     Planned,
 )
 from gazechair.going.people import People
-from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner
+from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
 from goingrig import TWO_ROOMS, GoingChair, Person, drive_among, floor
 
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
@@ -105,6 +107,55 @@ def test_it_drives_on_until_the_new_way_is_known(chair: GoingChair) -> None:
     assert chair.mission.way is not old
     assert chair.run(90.0) == ARRIVED
     assert math.dist(chair.pose[:2], (6.5, 1.5)) < 0.1
+
+
+def test_in_a_hurry_the_first_way_is_driven_and_a_better_one_taken_when_it_is_known(
+    chair: GoingChair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chair.run(8.0)
+    plan, asked = chair.mission.planner.plan, []
+
+    def hard_at_first(*of: Any) -> Planned:
+        asked.append(of[3])
+        found = plan(*of)
+        assert isinstance(found, Way)
+        return replace(found, cost_s=found.cost_s + 50.0 * (len(asked) == 1))
+
+    monkeypatch.setattr(chair.mission.planner, "plan", hard_at_first)
+    ways = []
+    for goal in ((6.5, 1.0, 0.0), (6.5, 1.5, 0.0)):
+        chair.mission.go(goal)
+        for _ in range(3):
+            chair.step()
+            ways.append(chair.mission.way)
+    assert asked == [True, False, True]
+    first, better, _, other, same, _ = ways
+    assert first is not better
+    assert other is same
+
+
+def test_no_better_way_stays_unless_it_had_to_stop_for_one(chair: GoingChair) -> None:
+    chair.run(8.0)
+    mission = chair.mission
+    plan = mission.planner.plan
+
+    def hard(*of: Any) -> Planned:
+        found = plan(*of)
+        assert isinstance(found, Way)
+        return replace(found, cost_s=100.0)
+
+    mission.planner.plan = hard  # type: ignore[method-assign]
+    mission.go((6.5, 1.0, 0.0))
+    chair.step()
+    first = mission.way
+    chair.step()
+    assert mission.way is first
+    mission.go((6.5, 1.5, 0.0))
+    chair.step()
+    first = mission.way
+    mission._ask_plan()
+    chair.step()
+    assert mission.way is not first
 
 
 def test_where_nothing_is_let_out_it_asks_a_third_of_the_time(chair: GoingChair) -> None:
