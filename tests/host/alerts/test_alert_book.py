@@ -233,29 +233,6 @@ def test_a_host_that_restarts_continues_where_it_was() -> None:
     assert again.book.open_keys() == {HELP_WANTED, "tilt"}
 
 
-def test_results_of_tests_and_of_what_is_over_outlive_the_host_and_their_routes() -> None:
-    scene = Scene(Route("old"))
-    scene.problem = "no network"
-    scene.raise_(TRIED)
-    scene.wait(1)
-    scene.book.end(TRIED, scene.now_s)
-    scene.problem = ""
-    scene.raise_()
-    scene.wait(1)
-    scene.book.end(HELP_WANTED, scene.now_s)
-    rows = scene.book.as_json()
-    assert [row["deliveries"]["old"]["state"] for row in rows] == ["failed", "sent"]
-    again = Scene(FIRST)
-    again.book.restore(rows, again.now_s, again.now_s + 1e9)
-    again.wait(300)
-    assert again.book.as_json() == rows
-    assert again.sent == []
-    again.raise_()
-    again.raise_(TRIED)
-    again.wait(1)
-    assert again.routes() == [(300, "first"), (300, "first")]
-
-
 def test_an_alert_that_opens_again_has_its_own_time_also_for_the_next_route() -> None:
     book = Book([FIRST, THIRD])
     book.raise_(HELP_WANTED, 0.0, 0.0)
