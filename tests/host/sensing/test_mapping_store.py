@@ -291,10 +291,14 @@ def grid_of(store: MapStore) -> OccupancyGrid:
 def test_an_update_keeps_what_is_drawn_and_can_be_taken_back(store: MapStore) -> None:
     store.draw("a", "place", BED)
     first, second = grid_of(store), moved(store)
+    versions = [store.version("a"), store.version("a")]
+    assert versions[0] == versions[1]
     assert store.update("a", first, second, WHEN)
+    versions[0] = store.version("a")
     assert grid_of(store).same_as(second)
     store.rename("a", "later")
     assert store.take_back("a")
+    assert len({*versions, store.version("a"), store.version("gone")}) == 4
     found = store.get("a")
     assert found is not None
     assert found.map is not None

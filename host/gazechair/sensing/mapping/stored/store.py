@@ -14,6 +14,7 @@ import os
 import re
 import secrets
 import threading
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -82,6 +83,13 @@ class MapStore:
     def get(self, id_: str) -> Stored | None:
         """The map with that id; None: there is none."""
         return next((one for one in self.all() if one.id == id_), None)
+
+    def version(self, id_: str) -> int:
+        """Another number after each change of the map's file; 0: it is gone. Never waits."""
+        try:
+            return zlib.crc32(repr(_facts(self.folder / (id_ + _SUFFIX))).encode())
+        except OSError:
+            return 0
 
     def path_of_new(self) -> Path:
         """Path for saving a newly made map."""
@@ -293,8 +301,7 @@ class MapStore:
         return True
 
     def _one(self, path: Path) -> tuple[_Facts, Stored]:
-        facts = path.stat()
-        key = facts.st_mtime_ns, facts.st_size, facts.st_ino
+        key = _facts(path)
         known = self._read.get(path.stem)
         if known is not None and known[0] == key:
             return known
@@ -321,6 +328,12 @@ ACTS = {
     "remove_no_go": Drawn.without_area,
     "home": Drawn.with_home,
 }
+
+
+def _facts(path: Path) -> _Facts:
+    """Facts that differ after the file is replaced. Raises OSError."""
+    found = path.stat()
+    return found.st_mtime_ns, found.st_size, found.st_ino
 
 
 def _inode(path: Path) -> int | None:
