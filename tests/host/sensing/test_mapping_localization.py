@@ -128,6 +128,16 @@ def twin_rooms(*more: Solid) -> Room:
     return Room("twins", tuple(walls), more)
 
 
+def test_a_room_with_a_wall_where_the_map_has_floor_is_another_one() -> None:
+    """Three of its walls are alike; what is behind the fourth cannot be seen."""
+    walls = ((0, 0, 7, 0), (7, 0, 7, 4), (7, 4, 1, 4), (1, 4, 1, 3), (1, 3, 0, 3), (0, 3, 0, 0))
+    mapped, at = Room("long", walls), np.array((2.0, 1.6, 0.3))
+    grid = map_of(mapped, [np.array((x, 1.6, 0.5 * x)) for x in np.arange(1.5, 6.0, 0.5)])
+    assert is_right(*turned(Localization(grid), mapped, at))
+    shorter = Room("short", (*walls, (4, 0, 4, 4)))
+    assert turned(Localization(grid), shorter, at, 15)[0] is None
+
+
 def test_where_a_table_stood_it_does_not_take_the_room_for_one_that_had_none() -> None:
     table = box(1.6, 1.5, 0.4, 0.4, 0.0, 0.8, "table")
     corners = ((0.5, 0.5), (3.3, 0.5), (3.3, 2.4), (0.5, 3.2), (0.6, 1.8))

@@ -2,7 +2,8 @@
 
 Contradictions come from moved furniture: metres, plus a share of what is agreed; less where little
 is agreed, as that comes from people, who contradict nothing. A long straight surface where the map
-has free floor is no person, and hardly furniture: it contradicts as well.
+has free floor is no person, and hardly furniture: it contradicts as well, and counts twice, since
+it hides what the map has behind it.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ from gazechair.sensing.mapping.matching import ndt
 
 _AGREED_M = 4.0
 _CONTRADICTED_M, _CONTRADICTED, _MOST_AGREED = 0.1, 0.3, 0.8
-_STRAIGHT_M = 0.8  # of a straight surface that is not on the map: this much may be anything
+# A straight surface that is not on the map: this much may be anything; the rest counts so often.
+_STRAIGHT_M, _STRAIGHT_COUNTS = 0.8, 2.0
 # Of surfaces beyond this distance, which people close by hide less, a larger share must agree: else
 # it is another home.
 _FAR_M, _FAR_AGREED = 2.0, 0.7
@@ -53,7 +55,8 @@ class Candidate:
     @cached_property
     def _against_m(self) -> float:
         straight_m = self.known.new_straight_m(self.settled, self.agreement, self.frame)
-        return self.agreement.contradicted_m + max(0.0, straight_m - _STRAIGHT_M)
+        against_m = _STRAIGHT_COUNTS * max(0.0, straight_m - _STRAIGHT_M)
+        return self.agreement.contradicted_m + against_m
 
     def is_possible(self, least_m: float = _AGREED_M) -> bool:
         """Whether the chair may be here; `least_m`: length that agrees at least."""
