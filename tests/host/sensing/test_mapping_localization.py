@@ -11,9 +11,11 @@ import pytest
 from gazechair.base.poses import between, compose
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.locating.candidate import Candidate
 from gazechair.sensing.mapping.locating.localization import Localization, Location
 from gazechair.sensing.mapping.locating.map_match import Look, MapMatch
 from gazechair.sensing.mapping.locating.recent_looks import RecentLooks
+from gazechair.sensing.mapping.matching import ndt
 from gazesim.rooms import Person, Room, Solid, box
 from homerig import flat, points, poses, scan
 
@@ -126,16 +128,6 @@ def twin_rooms(*more: Solid) -> Room:
     shape = ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (2.6, 3.0), (2.6, 3.8), (0.0, 3.8), (0.0, 0.0))
     walls = [(a + x, b, c + x, d) for (a, b), (c, d) in pairwise(shape) for x in (0.0, 6.0)]
     return Room("twins", tuple(walls), more)
-
-
-def test_a_room_with_a_wall_where_the_map_has_floor_is_another_one() -> None:
-    """Three of its walls are alike; what is behind the fourth cannot be seen."""
-    walls = ((0, 0, 7, 0), (7, 0, 7, 4), (7, 4, 1, 4), (1, 4, 1, 3), (1, 3, 0, 3), (0, 3, 0, 0))
-    mapped, at = Room("long", walls), np.array((2.0, 1.6, 0.3))
-    grid = map_of(mapped, [np.array((x, 1.6, 0.5 * x)) for x in np.arange(1.5, 6.0, 0.5)])
-    assert is_right(*turned(Localization(grid), mapped, at))
-    shorter = Room("short", (*walls, (4, 0, 4, 4)))
-    assert turned(Localization(grid), shorter, at, 15)[0] is None
 
 
 def test_where_a_table_stood_it_does_not_take_the_room_for_one_that_had_none() -> None:
@@ -312,6 +304,28 @@ def test_surfaces_agree_where_they_are_and_floor_contradicts_walls_elsewhere(
     assert wrong.agreed.mean() < 0.6
     assert wrong.contradicted_m > 1.0
     assert wrong.value_m < right.value_m - 3.0
+
+
+WALL = box(2.0, 2.7, 3.2, 0.1, 0.0, 2.0, "wall")
+PEOPLE = [Person((at,)) for at in ((1.2, 2.6), (1.9, 2.8), (2.7, 2.6))]
+
+
+@pytest.mark.parametrize(
+    ("room", "possible"), [(flat(), True), (flat(people=PEOPLE), True), (flat(WALL), False)]
+)
+def test_a_wall_where_the_map_has_floor_speaks_against_a_place_and_people_do_not(
+    grid: OccupancyGrid, room: Room, possible: bool
+) -> None:
+    looks, match = RecentLooks(), MapMatch(grid)
+    for _ in range(3):
+        seen = look(room, HERE)
+        looks.add(seen.origins_m, seen.points_m, STANDING)
+    settled = looks.settled()
+    assert settled is not None
+    fitted = ndt.fit(match.ndt, settled.surfaces_m, HERE)
+    here = Candidate(match, settled, STANDING, HERE, fitted)
+    assert here.agreement.contradicted_m < 0.2
+    assert here.is_possible() == possible
 
 
 def test_an_empty_map_is_refused_and_an_empty_look_is_nothing(grid: OccupancyGrid) -> None:
