@@ -74,18 +74,26 @@ class OccupancyGrid:
         return np.asarray((np.argwhere(self.occupied) + 0.5) * self.cell_m + self.low_m)
 
 
+def box_m(keys: Iterable[KeyScan]) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest (x, y) of what a grid of these key scans shows. Needs at least one."""
+    corners = []
+    for key in keys:
+        stood = key.pose[:2]
+        parts = np.concatenate((*_in_map(key), (stood - _STOOD_M, stood + _STOOD_M)))
+        corners += [parts.min(axis=0), parts.max(axis=0)]
+    return np.min(corners, axis=0), np.max(corners, axis=0)
+
+
 def occupancy_of(keys: Iterable[KeyScan], cell_m: float = CELL_M) -> OccupancyGrid:
     """The grid of key scans at the poses they have now. ValueError without any point."""
     keys = list(keys)
     scans = [_in_map(key) for key in keys]
-    ends = np.concatenate([end for _, end in scans]) if scans else np.zeros((0, 2))
-    if not len(ends):
+    if not any(len(end) for _, end in scans):
         raise ValueError("no lidar points to make a map of")
     stood = np.array([key.pose[:2] for key in keys])
-    around = [stood - _STOOD_M, stood + _STOOD_M]
-    everything = np.concatenate([ends, *(start for start, _ in scans), *around])
-    low = np.floor(everything.min(axis=0) / cell_m).astype(np.int64) - _BORDER
-    shape = np.floor(everything.max(axis=0) / cell_m).astype(np.int64) + _BORDER + 1 - low
+    low_m, high_m = box_m(keys)
+    low = np.floor(low_m / cell_m).astype(np.int64) - _BORDER
+    shape = np.floor(high_m / cell_m).astype(np.int64) + _BORDER + 1 - low
     hits, passes = (np.zeros(int(shape.prod()), dtype=np.uint16) for _ in range(2))
     depth = int(shape[1])
     side = np.arange(-_STOOD_M, _STOOD_M, cell_m)
