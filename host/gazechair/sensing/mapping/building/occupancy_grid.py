@@ -27,6 +27,7 @@ _MIDDLE = 0.35  # in cells, from a cell's centre
 _LEAST_HITS = 2
 _OCCUPIED_SHARE = 0.25
 _BORDER = 4  # cells
+_SAME_CELL = 1e-5  # of its size: exports of ROS round it
 _STOOD_M = 0.25  # around the drive axle's middle: no beam of a lidar in front passes there
 
 
@@ -64,7 +65,8 @@ class OccupancyGrid:
 
     def is_copy_of(self, other: OccupancyGrid) -> bool:
         """Whether the same floor is free in both, as in a grid and its export (see ros_map)."""
-        if self.hits.shape != other.hits.shape or not math.isclose(self.cell_m, other.cell_m):
+        cells_m = self.cell_m, other.cell_m
+        if self.hits.shape != other.hits.shape or not math.isclose(*cells_m, rel_tol=_SAME_CELL):
             return False
         near = np.allclose(self.low_m, other.low_m, atol=0.1 * self.cell_m)
         return near and np.array_equal(self.free, other.free)
