@@ -271,13 +271,6 @@ def test_a_stored_map_is_not_added_again(tmp_path: Path, cell_m: float) -> None:
     assert [one.name for one in tmp_path.iterdir()] == ["a.map"]
 
 
-def test_a_folder_that_takes_nothing_is_told(tmp_path: Path) -> None:
-    (tmp_path / "file").write_bytes(b"")
-    with pytest.raises(EditRefused) as refused:
-        MapDesk(MapStore(tmp_path / "file" / "maps"), None).add(packed(home()))
-    assert refused.value.reason == "map_not_stored"
-
-
 def test_the_grey_of_the_unknown_is_no_floor_whatever_the_threshold() -> None:
     grey = GREY.copy()
     grey[4:] = 205  # 0.196, below the `free_thresh` that nav2 writes

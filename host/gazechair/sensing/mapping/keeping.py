@@ -127,6 +127,6 @@ class Keeping:
             self._upkeep = self._grid = None
             self._store.note(self._id, updated[1].save)
             return True
-        except (OSError, EditRefused) as error:
+        except EditRefused as error:
             log.warning("the map is not kept current: %s", error)
             return False
