@@ -110,7 +110,8 @@ def occupancy_of(keys: Iterable[KeyScan], cell_m: float = CELL_M) -> OccupancyGr
         passed = np.unique(np.concatenate((beams, here[:, 0] * depth + here[:, 1])))
         passes[np.setdiff1d(passed, hit, assume_unique=True)] += 1
     grid = tuple(shape.tolist())
-    return OccupancyGrid(cell_m, low * cell_m, hits.reshape(grid), passes.reshape(grid))
+    corner_m = np.asarray(low * cell_m, dtype=np.float64)
+    return OccupancyGrid(cell_m, corner_m, hits.reshape(grid), passes.reshape(grid))
 
 
 def _in_map(key: KeyScan) -> tuple[FloatArray, FloatArray]:
