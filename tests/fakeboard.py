@@ -42,6 +42,10 @@ class FakeBoard:
         refused = self.refuses(request, index)
         if request == codes.SETTING_SET and not refused:
             self.values[index] = value
+        elif request == codes.SETTING_DEFAULTS and not refused:
+            neutral = "neutral_linear_count", "neutral_turn_count"
+            rows = zip(TABLE, self.values, strict=True)
+            self.values = [value if row[0] in neutral else row[1] for row, value in rows]
         elif request == codes.SETTING_SAVE and not refused:
             self.saved = list(self.values)
             if self.unanswered_saves:

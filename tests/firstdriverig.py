@@ -24,6 +24,7 @@ from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.floor_store import FloorStore
 from gazechair.sensing.lidar.recorded import BEAMS
 from gazechair.service.tune.forward import ForwardNumbers
+from gazechair.service.tune.forward_store import ForwardStore
 from gazechair.web.page_client import decode
 from gazelink import codes
 from gazesim.chair_rig import ChairRig
@@ -68,10 +69,12 @@ class _Link(LockstepLink):
 
     pass_ms: Callable[[], None]
 
-    def setting(self, request: int, index: int = 0, value: int = 0) -> SettingReply | None:
+    def setting(
+        self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
+    ) -> SettingReply | None:
         self.reply = None
         self.protocol.request_setting(request, index, value)
-        for _ in range(1000):
+        for _ in range(round(timeout_s * 1000)):
             self.pass_ms()
             reply = self.reply
             if reply is not None and (reply.request, reply.index) == (request, index):
@@ -118,6 +121,7 @@ class FirstDriveRig(ChairRig):
             lambda: Measured(self)() if self.knows_place else None,
             lambda profile, found: self.kept.append((profile, found)),
             None if folder is None else FloorMarks(FloorStore(folder), lambda: self.picture),
+            (lambda *_: None) if folder is None else ForwardStore(folder).step_ms,
         )
         self.picture: bytes | None = _picture()
         self.knows_place = True

@@ -10,6 +10,8 @@ CELLS = np.full((80, 60), 5, dtype=np.uint16)
 CELLS[0] = 0
 GRID = OccupancyGrid(0.1, np.array((-1.0, -2.0)), 5 - CELLS, CELLS)
 PICTURE = drawn(HomeMap("Thuis", GRID))
+# After an update: walls where there was floor.
+CHANGED = drawn(HomeMap("Thuis", OccupancyGrid(0.1, GRID.low_m, CELLS, 5 - CELLS)))
 ROW = {
     "map": "a1",
     "name": "Thuis",
@@ -21,4 +23,5 @@ ROW = {
 }
 NOTHING = {"places": [], "no_go": [], "home": None}
 DETAILS = {**ROW, "picture": PICTURE.as_json(), **NOTHING}
-WHERE = {"map": "a1", "x": 3.0, "y": 1.0, "heading": 90.0, "sigma": 0.02, "sigma_deg": 0.5}
+AT = {"x": 3.0, "y": 1.0, "heading": 90.0, "sigma": 0.02, "sigma_deg": 0.5}
+WHERE = {"map": "a1", "version": 7, **AT}

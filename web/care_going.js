@@ -47,8 +47,10 @@ class CareGoing {
     const before = this.#state;
     this.#state = going.state;
     if (going.state === "arrived" && before && before !== "arrived") this.#on.tone(ARRIVED);
-    if (going.goal?.map) this.#picture.show(going.goal.map);
+    const map = going.goal?.map || this.#picture.map;
+    const here = where?.map === map ? where : null;
+    this.#picture.show(map, here?.version);
     this.#view.way(going);
-    this.#view.chair(where?.map === this.#picture.map ? where : null);
+    this.#view.chair(here);
   }
 }

@@ -5,6 +5,7 @@ const AGAIN_MS = 2000;
 export class MapPicture {
   /** The id of the map, "" for none. */
   map = "";
+  #version; // of what is shown
   #view;
   #on;
   #failed = false;
@@ -15,26 +16,31 @@ export class MapPicture {
     [this.#view, this.#on] = [view, on];
   }
 
-  /** Shows that map. Call it again and again. */
-  show(map) {
-    const again = this.#failed && performance.now() - this.#askedMs >= AGAIN_MS;
-    if (map === this.map && !again) return;
-    [this.map, this.#failed, this.#askedMs] = [map, false, performance.now()];
-    this.#view.clear();
-    if (map) this.#ask(map);
+  /** Shows that map. Call it again and again; `version`: of its file, undefined: not known. */
+  show(map, version) {
+    const now = performance.now();
+    const other = map !== this.map;
+    const newer = version !== undefined && version !== this.#version;
+    if (!other && !newer && !(this.#failed && now - this.#askedMs >= AGAIN_MS)) return;
+    if (other) this.#view.clear();
+    if (other || newer) this.#version = version;
+    [this.map, this.#failed, this.#askedMs] = [map, false, now];
+    if (map) this.#ask(map, now);
   }
 
-  async #ask(map) {
+  async #ask(map, now) {
     try {
       const answer = await fetch(`/maps/${map}`, { cache: "no-store" });
       if (!answer.ok) throw new Error(`the host answered ${answer.status}`);
       const { picture } = await answer.json();
-      if (map !== this.map) return; // another map meanwhile
+      if (now !== this.#askedMs) return; // another one meanwhile
       this.#on(true);
-      if (!(await this.#view.picture(`/maps/${map}.png`, picture))) throw new Error("no picture");
+      // Under a URL that a page has shown, it would show the same picture again.
+      const url = `/maps/${map}.png?${Math.round(now)}`;
+      if (!(await this.#view.picture(url, picture))) throw new Error("no picture");
     } catch (error) {
       console.warn(`map ${map}: ${error.message}`);
-      if (map !== this.map) return;
+      if (now !== this.#askedMs) return;
       this.#failed = true;
       this.#on(false);
     }

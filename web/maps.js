@@ -269,7 +269,9 @@ class Maps {
   async #plan() {
     const details = this.#details;
     this.#planless = false;
-    const loaded = await this.#view.picture(`/maps/${this.#chosen}.png`, details.picture);
+    // Under a URL that the page has shown, it would show the same picture again.
+    const url = `/maps/${this.#chosen}.png?${Math.round(performance.now())}`;
+    const loaded = await this.#view.picture(url, details.picture);
     this.#planless = !loaded && details === this.#details;
   }
 

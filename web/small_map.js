@@ -39,7 +39,7 @@ export function show(where, _strings, { going, spot }) {
   const now = performance.now();
   if (now - movedMs < CALM_MS) return;
   movedMs = now;
-  picture.show(where?.map ?? "");
+  picture.show(where?.map ?? "", where?.version);
   if (!where) canvas.hidden = true;
   const here = (one) => one?.goal?.map === picture.map && !["arrived", "ended"].includes(one.state);
   view.way([going, spot].find(here) ?? null);

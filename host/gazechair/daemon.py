@@ -17,7 +17,6 @@ from gazechair.base.state_folder import state_folder
 from gazechair.blackbox.recorder import BlackBox
 from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
-from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.board.link import BoardLink
 from gazechair.board.zone import BoardZone
 from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
@@ -167,6 +166,7 @@ class Daemon:
             marks=None
             if config.camera.kind == "off"
             else FloorMarks(FloorStore(folder), self._newest_jpeg),
+            step_ms=forward.step_ms,
         )
         self._access = Access(
             config,
@@ -176,7 +176,7 @@ class Daemon:
                 self._producers.choose,
             ),
             self._camera.latest(),
-            CaretakerSettings(self.link, forward.step_ms, self._guide.storing.store),
+            self._guide.settings,
             self._alerts,
             self._guide,
             self._maps,

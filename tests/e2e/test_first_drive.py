@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,13 +13,15 @@ from firstdriverig import AHEAD_MM, EYE, FirstDriveRig, marks
 from gazechair.first_drive.facts import STEPS
 from gazechair.picture.floor_store import FloorStore
 from gazechair.service.tune import tuning
+from gazechair.service.tune.forward import ForwardNumbers
 from gazechair.service.tune.forward_runner import PRESSES
+from gazechair.service.tune.forward_store import ForwardStore
 from gazechair.service.tune.identify import Fit
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.procedure import PULSES
 from gazechair.service.tune.recording import Recording
 from gazelink import codes
-from gazelink.settings_table import PROFILES
+from gazelink.settings_table import PROFILES, TABLE, index_of
 from gazemeasure.turn.tuning import truth
 from gazesim.floor_view import Eye, Floor, FloorView
 from gazesim.profiles import undisturbed
@@ -138,6 +141,22 @@ def test_a_fresh_board_is_led_to_a_driving_chair(
     again = FirstDriveRig(tmp_path)
     again.board.files.texts.update(rig.board.files.texts)
     assert {"mask", "distance", "camera", "person"} <= set(done(again))
+
+
+def test_a_step_forward_goes_as_far_in_another_profile(tmp_path: Path) -> None:
+    numbers = ForwardNumbers(0.36, 0.08, 0.15, 0.3, 0.6, 1.0)
+    store = ForwardStore(tmp_path)
+    store.keep(PROFILES[2], numbers)
+    store.keep(PROFILES[3], replace(numbers, full_m_s=0.45))
+    rig = FirstDriveRig(tmp_path)
+    rig.ready()
+    values = [one[1] for one in TABLE]
+    usual = values[index_of("linear_permille")], values[index_of("step_ramp_ms")]
+    for profile in (3, 2):
+        assert rig.post(run="profile", value=profile) == ""
+        reply = rig.link.setting(codes.SETTING_GET, index_of("step_forward_ms"))
+        assert reply is not None
+        assert reply.value == store.step_ms(profile, *usual)
 
 
 # While it arms, in a pulse, between two.

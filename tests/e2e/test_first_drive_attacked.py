@@ -227,13 +227,13 @@ def test_nobody_arms_while_a_profile_is_stored(rig: FirstDriveRig) -> None:
     """Armed, the board would refuse to save it, and to set it back."""
     stored_in, tried = rig.link.setting, False
 
-    def asked(request: int, index: int = 0, value: int = 0) -> object:
+    def asked(request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0) -> object:
         nonlocal tried
         if request == codes.SETTING_SAVE:
             tried = True
             rig.driver.arm()
             rig.run(100)
-        return stored_in(request, index, value)
+        return stored_in(request, index, value, timeout_s)
 
     rig.link.setting = asked  # type: ignore[method-assign,assignment]
     assert rig.post(run="profile", value=4) == ""

@@ -16,6 +16,7 @@ from gazechair.producers.places import Target
 from gazechair.producers.spots import spots
 from gazesim.floor_view import Floor, distance_to_line_m
 from gazesim.lockstep_page import Page
+from gazesim.rooms import Person
 from promises import END_TO_END, measured
 
 TAPE = np.array([(0.8, 0.0), (2.2, 0.0), *((2.2 + 0.1 * k, 0.0035 * k * k) for k in range(1, 9))])
@@ -116,6 +117,25 @@ def test_what_is_lost_and_what_people_do_ends_it(chair: OnTape) -> None:
     chair.sees = True
     chair.stays_still(1500)  # pictures again are no choice
     assert not chair.spot["mode"]
+
+
+def test_who_stands_in_front_is_waited_for_from_the_beginning(chair: OnTape) -> None:
+    chair.chooses()
+    for goes in (True, False):
+        chair.world.room.people = (Person(((chair.world.chair.x_m + 1.15, 0.0),)),)
+        chair.run(500)
+        chair.go()
+        chair.stays_still(1500)
+        assert chair.news["state"] == "drives"
+        if goes:
+            chair.world.room.people = ()
+            chair.until(lambda: chair.world.chair.speed_m_s > 0.1, 3000)
+            chair.page.say(k="stop")
+            chair.until(chair.neutral, PAGE_MS)
+            chair.comes_to_rest()
+            chair.until(lambda: bool(chair.spot["mode"]), 300)
+    chair.until(lambda: chair.news["state"] == "ended", 10_000)
+    assert chair.news["reason"] == "auto_overruled"
 
 
 def test_a_tape_that_is_gone_is_neutral_in_time(chair: OnTape) -> None:

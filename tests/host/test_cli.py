@@ -198,12 +198,15 @@ def test_a_daemon_that_runs_is_to_be_stopped_first(
     assert "sudo systemctl stop gazechair" in finding.do
 
 
-def test_a_bad_configuration_is_a_finding(devices: dict[str, HealthState], tmp_path: Path) -> None:
+@pytest.mark.parametrize("content", ["[wob]\n", "[input.gone]\nsince = 2026-09-21\n"])
+def test_a_bad_configuration_is_a_finding(
+    devices: dict[str, HealthState], tmp_path: Path, content: str
+) -> None:
     file = tmp_path / "chair.toml"
-    file.write_text("[wob]\n")
+    file.write_text(content)
     finding = found(doctor.examine(file), "configuration")
     assert finding.level == FAIL
-    assert f"{file}:1:" in finding.found
+    assert f"{file}:{content.count(chr(10))}:" in finding.found
 
 
 def test_a_missing_package_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -45,6 +45,10 @@ def is_ok(**changed: object) -> bool:
         {"nothing": 1},
         {"early": 1},
         {"wrong": 1},
+        {"new": 0},
+        {"left": 80},
+        {"old": 0, "left": 0},
+        {"added_off_m": np.zeros(0)},
     ],
 )
 def test_the_benchmark_falls_short_where_it_should(changed: dict[str, object]) -> None:

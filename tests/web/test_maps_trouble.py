@@ -2,7 +2,7 @@
 
 import pytest
 
-from mapanswers import DETAILS, PICTURE, ROW, WHERE
+from mapanswers import CHANGED, DETAILS, PICTURE, ROW, WHERE
 from patience import wait_until
 
 pytestmark = pytest.mark.browser
@@ -163,9 +163,30 @@ def test_the_map_of_an_auto_motion_that_does_not_come_is_asked_for_every_2_s(car
     assert times() == 0
 
 
+def test_the_map_of_an_auto_motion_is_shown_as_it_is_now(caretaker):
+    host, page = caretaker.host, caretaker.page
+    host.replies["GET /maps/a1"] = (200, DETAILS)
+    host.pictures["a1"] = PICTURE.png
+    drives = {"kind": "place", "mode": "to-1", "name": "Bed", "state": "drives", "reason": ""}
+    host.state |= {"going": {**drives, "goal": {"map": "a1", "x": 3.0, "y": 1.0}}, "where": WHERE}
+    there = page.locator("#going-map")
+    caretaker.wait_until(lambda: caretaker.advance(100) or there.count() == 1, "its part")
+    drawn = DRAWN.replace("#maps canvas", "#going-map")
+    caretaker.wait_until(lambda: caretaker.advance(100) or page.evaluate(drawn), "the map")
+    asked = []
+    page.on("request", lambda request: "/maps/" in request.url and asked.append(request.url))
+    host.state["where"] = {**WHERE, "map": "b2", "version": 9}  # another map's version
+    caretaker.advance(1000)
+    assert asked == []
+    host.state["where"] = {**WHERE, "version": 8}
+    caretaker.wait_until(lambda: caretaker.advance(100) or len(asked) == 2, "its picture")
+    caretaker.advance(1000)
+    assert ["/maps/a1.png" in url for url in asked] == [False, True]
+
+
 def test_no_plan_of_another_map_is_shown_while_a_maps_own_loads(maps):
     held = []
-    maps.page.route("**/maps/b2.png", lambda route: held.append(route))
+    maps.page.route("**/maps/b2.png?*", lambda route: held.append(route))
     opened(maps)
     maps.wait_until(lambda: maps.page.evaluate(DRAWN), "the plan")
     maps.page.locator("#maps select").first.select_option("b2")
@@ -183,15 +204,29 @@ def test_no_plan_of_another_map_is_shown_while_a_maps_own_loads(maps):
 
 
 def test_a_plan_that_did_not_load_is_asked_for_again(maps):
-    maps.page.route("**/maps/a1.png", lambda route: route.abort())
+    maps.page.route("**/maps/a1.png?*", lambda route: route.abort())
     opened(maps)
     name = maps.page.locator("#maps .rename input")
     name.fill("Ons huis")
     maps.advance(1200)
     assert not maps.page.evaluate(DRAWN)
-    maps.page.unroute("**/maps/a1.png")
+    maps.page.unroute("**/maps/a1.png?*")
     maps.wait_until(lambda: maps.advance(600) or maps.page.evaluate(DRAWN), "the plan")
     assert name.input_value() == "Ons huis"
+
+
+def test_a_plan_that_has_changed_is_shown_as_it_is_now(maps):
+    opened(maps)
+    maps.wait_until(lambda: maps.page.evaluate(DRAWN), "the plan")
+    content = "document.querySelector('#maps canvas').toDataURL()"
+    before = maps.page.evaluate(content)
+    maps.host.pictures["a1"] = CHANGED.png
+    news = {"updates": 3, "updated": "2026-11-24T10:05:00Z"}
+    maps.host.replies |= {
+        "GET /maps": (200, {**BOTH, "maps": [{**ROW, **news}, OTHER]}),
+        "GET /maps/a1": (200, {**DETAILS, **news}),
+    }
+    maps.wait_until(lambda: maps.advance(600) or maps.page.evaluate(content) != before, "it")
 
 
 def test_a_damaged_map_is_not_asked_for(maps):

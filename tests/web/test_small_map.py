@@ -3,7 +3,7 @@
 import pytest
 
 from layoutshift import WATCH, take
-from mapanswers import DETAILS, PICTURE, WHERE
+from mapanswers import CHANGED, DETAILS, PICTURE, WHERE
 from patience import wait_until
 
 pytestmark = pytest.mark.browser
@@ -169,3 +169,31 @@ def test_the_way_to_a_spot_is_on_the_small_map_before_it_is_gone(driver):
     assert drawn_on(page) == bare
     tell(spot={**spot, "goal": {**goal, "map": "b2"}}, going=None)
     assert drawn_on(page) == bare
+
+
+def test_a_map_that_has_changed_is_shown_as_it_is_now(driver):
+    """Drives have updated it, or an update was taken back: its id stays, its version does not."""
+    host, page = driver.host, driver.page
+    host.pictures["a1"] = PICTURE.png
+    host.replies["GET /maps/a1"] = (200, DETAILS)
+    small, asked = page.locator("#small-map"), []
+    page.on("request", lambda request: asked.append(request.url))
+
+    def tell(where) -> None:
+        for _ in range(5):
+            driver.state(where=where)
+            driver.run_for(500)
+
+    def times() -> int:
+        return sum("/maps/a1.png" in url for url in asked)
+
+    wait_until(lambda: tell(WHERE) or (small.count() == 1 and small.is_visible()), "the small map")
+    picture_came(page)
+    first = drawn_on(page)
+    tell(WHERE)
+    assert times() == 1
+    host.pictures["a1"] = CHANGED.png
+    later = {**WHERE, "version": WHERE["version"] + 1}
+    wait_until(lambda: tell(later) or drawn_on(page) != first, "the other picture")
+    tell(later)
+    assert times() == 2

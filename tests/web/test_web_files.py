@@ -111,7 +111,9 @@ def test_everything_about_maps_has_words():
     assert set(words["labels"]) == named | built | {"map_damaged"}
     sources = "".join(path.read_text("utf-8") for path in MAPPING.rglob("*.py"))
     reasons = set(re.findall(r'"(map_\w+)"', sources)) | {"maps_stored"}
-    reasons |= {f"map_{doubt}" for doubt in (making.BROKEN, making.FULL, making.SILENT)}
+    doubts = {f"map_{doubt}" for doubt in (making.BROKEN, making.FULL, making.SILENT)}
+    assert not reasons & doubts  # a refusal's text is no advice for who makes a map
+    reasons |= doubts
     assert reasons - {"map_starting", "map_unknown", "map_twins", "map_lost"} == set(
         words["messages"]
     )

@@ -25,11 +25,16 @@ _PRESSES = 40  # a machine that stalls for 150 ms ends a press, as it should
 _TRIES = 12
 
 
+Riding = contextlib.AbstractContextManager[object]
+
+
 class HomeCheck:
     """Drives to the kitchen through the page, in real processes; checks the simulator's truth."""
 
-    def __init__(self, stack: Stack, driver: Driver, artefacts: Path) -> None:
+    def __init__(self, stack: Stack, driver: Driver, artefacts: Path, ride: Riding) -> None:
+        """`ride`: entered for the time from the first press to the arrival."""
         self._stack = stack
+        self._ride = ride
         self._sim = stack.control()
         self._driver = driver
         self._artefacts = artefacts
@@ -40,7 +45,8 @@ class HomeCheck:
         try:
             self._find_itself()
             self._driver.arm(_TRIES, _ARMED_S)
-            self._go()
+            with self._ride:
+                self._go()
             self._judge()
         except (TimeoutError, AssertionError, RuntimeError) as error:
             self._driver.screenshot(self._artefacts / "failed-home.png")
@@ -139,8 +145,10 @@ class HomeCheck:
         assert off_deg <= _NEAR_DEG, f"{off_deg:.1f} degrees from its heading"
 
 
-def check(stack: Stack, chromium: str | Path, artefacts: Path) -> dict[str, Any]:
-    """Run it on a running stack; returns the figures, raises CheckFailed."""
+def check(
+    stack: Stack, chromium: str | Path, artefacts: Path, ride: Riding | None = None
+) -> dict[str, Any]:
+    """Run it on a running stack; returns the figures, raises CheckFailed. `ride`: see HomeCheck."""
     home.allow(stack)
     with open_page(chromium, stack.invitation()) as driver:
-        return HomeCheck(stack, driver, artefacts).run()
+        return HomeCheck(stack, driver, artefacts, ride or contextlib.nullcontext()).run()

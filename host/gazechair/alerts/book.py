@@ -13,7 +13,7 @@ from typing import Any
 from gazechair.alerts.reasons import HELP, KINDS, REASONS, TEST
 
 OPEN, ACKNOWLEDGED, OVER = STATES = ("open", "acknowledged", "over")
-WAITING, TRYING, SENT, FAILED = ("waiting", "trying", "sent", "failed")
+WAITING, TRYING, SENT, FAILED = DELIVERY_STATES = ("waiting", "trying", "sent", "failed")
 
 MOST_ALERTS = 100  # kept, the oldest go first
 MOST_PER_MINUTE = 10  # deliveries over one route, attempts included
@@ -66,6 +66,8 @@ class Alert:
     """Who has acknowledged it."""
     since: float = 0.0
     """Wall time since which nobody has answered: its routes wait from then."""
+    answered: float = 0.0
+    """Wall time of the newest acknowledgement."""
     ended_s: float = _NEVER_S
     deliveries: dict[str, Delivery] = field(default_factory=dict)
 
@@ -82,6 +84,7 @@ class Alert:
             "kind": self.kind,
             "at": _bounded(self.at),
             "since": _bounded(self.since),
+            "answered": _bounded(self.answered),
             "sentence": self.sentence,
             "detail": self.detail,
             "count": self.count,
@@ -189,11 +192,13 @@ class Book:
             alert.state, alert.ended_s = OVER, now_s
             self.revision += 1
 
-    def acknowledge(self, number: int, by: str) -> bool:
+    def acknowledge(self, number: int, by: str, wall_s: float) -> bool:
         """Somebody takes over; False: there is no such alert, or nothing to acknowledge."""
         alert = self.find(number)
         if alert is None or alert.state == OVER or (alert.by and alert.state == ACKNOWLEDGED):
             return False
+        if alert.state == OPEN:
+            alert.answered = wall_s
         alert.state, alert.by = ACKNOWLEDGED, by
         self.revision += 1
         return True
@@ -226,15 +231,10 @@ class Book:
             if alert is None or alert.number < self._next:
                 continue
             self._next = alert.number + 1
-            for route in self._routes.values():
-                if alert.kind not in route.kinds:
-                    continue
-                waited_s = min(max(0.0, wall_s - alert.since), route.after_s)
-                old = row["deliveries"].get(route.name, {})
-                one = Delivery(now_s + route.after_s - waited_s)
-                if old.get("state") in (SENT, FAILED):
-                    one.state, one.detail = old["state"], str(old.get("detail", ""))
-                alert.deliveries[route.name] = one
+            if alert.state == OVER or alert.kind == TEST:
+                alert.deliveries = _results(row["deliveries"], now_s)
+            else:
+                self._continue(alert, row["deliveries"], now_s, wall_s)
             self._keep(alert)
 
     # Inside
@@ -249,6 +249,19 @@ class Book:
                 alert.deliveries[route.name] = Delivery(now_s + route.after_s)
         self._keep(alert)
         return alert
+
+    def _continue(
+        self, alert: Alert, before: Mapping[str, Any], now_s: float, wall_s: float
+    ) -> None:
+        for route in self._routes.values():
+            if alert.kind not in route.kinds:
+                continue
+            waited_s = min(max(0.0, wall_s - alert.since), route.after_s)
+            old = before.get(route.name, {})
+            one = Delivery(now_s + route.after_s - waited_s)
+            if old.get("state") in (SENT, FAILED):
+                one.state, one.detail = old["state"], str(old.get("detail", ""))
+            alert.deliveries[route.name] = one
 
     def _open_again(self, alert: Alert, now_s: float, wall_s: float) -> None:
         # A call is acknowledged first and gets the name later; one that is over keeps the name.
@@ -297,6 +310,15 @@ def _live(alert: Alert, one: Delivery) -> bool:
     return one.attempts == 0 if alert.kind == TEST else alert.state == OPEN
 
 
+def _results(before: Mapping[str, Any], now_s: float) -> dict[str, Delivery]:
+    # Nothing of it is sent any more: its routes need not exist.
+    return {
+        name: Delivery(now_s, one["state"], str(one.get("detail", "")), attempts=1)
+        for name, one in before.items()
+        if one.get("state") in DELIVERY_STATES
+    }
+
+
 def alert_of(row: Mapping[str, Any]) -> Alert | None:
     """The alert in a line of the diary, without its deliveries; None: not an alert."""
     try:
@@ -310,6 +332,7 @@ def alert_of(row: Mapping[str, Any]) -> Alert | None:
             str(row["state"]),
             str(row["by"]),
             float(row.get("since", row["at"])),
+            float(row.get("answered", 0.0)),
         )
         good = alert.key in REASONS and alert.state in STATES and 0 <= alert.at <= _MOST_AT
         good = good and all(isinstance(one, dict) for one in row["deliveries"].values())

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from gazechair.alerts import apprise_route, mqtt
-from gazechair.alerts.book import OPEN, OVER, SENT, Alert, Book, Route
+from gazechair.alerts.book import ACKNOWLEDGED, OPEN, OVER, SENT, Alert, Book, Route
 from gazechair.alerts.diary import Diary
 from gazechair.alerts.reasons import HELP, HELP_WANTED, KINDS, PART, TEST, TRIED
 from gazechair.alerts.sender import LOST, Sender
@@ -70,6 +70,10 @@ class Alerts:
         asked = self._book.of(HELP_WANTED)
         self.help_wanted = asked is not None and asked.state == OPEN
         """The driver asked for help before this host began, and nobody has answered."""
+        self.answered_s: float | None = None
+        """When somebody answered the driver's call before this host began, on `clock`."""
+        if asked is not None and asked.state == ACKNOWLEDGED:
+            self.answered_s = clock() - max(0.0, wall() - asked.answered)
         lost = self._book.of(PART)
         named = named_in(lost.detail) if lost is not None and lost.state != OVER else ()
         self._watch = Watch(config.alerts.stuck_s, self.help_wanted, named)
@@ -145,7 +149,7 @@ class Alerts:
     def acknowledge(self, number: int, by: str) -> bool:
         """`by` takes over; False: no open alert has that number."""
         with self._lock:
-            done = self._book.acknowledge(number, by)
+            done = self._book.acknowledge(number, by, self._wall())
             alert = self._book.find(number)
         if done and alert is not None and alert.kind == HELP and self._chair is not None:
             self._chair.answer_call()
@@ -155,7 +159,7 @@ class Alerts:
         """Send a test over every route."""
         with self._lock:
             alert = self._book.raise_(TRIED, self._clock(), self._wall(), detail=by)
-            self._book.acknowledge(alert.number, by)
+            self._book.acknowledge(alert.number, by, self._wall())
             self._book.end(TRIED, self._clock())  # it is sent anyway
 
     # Inside
@@ -191,7 +195,8 @@ class Alerts:
                     self._book.end(change.key, now_s)
             asked = self._book.of(HELP_WANTED)
             if asked is not None and asked.state == OPEN and situation.coming:
-                self._book.acknowledge(asked.number, "")  # the page sends the name in a moment
+                # The page sends the name in a moment.
+                self._book.acknowledge(asked.number, "", self._wall())
             due = self._book.due(now_s)
             state = self._as_state()
         news = state != self._told or now_s - self._told_s >= _TELL_S

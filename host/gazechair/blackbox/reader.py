@@ -49,7 +49,7 @@ class LogFile:
         """After reading: it ends as a finished file does."""
 
     def lines(self) -> Iterator[Line]:
-        """All messages up to the end, or the cut. Raises OSError only."""
+        """All messages of ROS 2 up to the end, or the cut. Raises OSError only."""
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
         decoders = DecoderFactory()
@@ -60,7 +60,9 @@ class LogFile:
                 channels[record.id] = record
             elif isinstance(record, Message) and record.channel_id in channels:
                 channel = channels[record.channel_id]
-                schema = schemas[channel.schema_id]
+                schema = schemas.get(channel.schema_id)
+                if channel.message_encoding != "cdr" or not schema or schema.encoding != "ros2msg":
+                    continue  # some other program's file
                 yield Line(
                     record.log_time, channel.topic, schema.name, record.data, schema, decoders
                 )

@@ -273,7 +273,7 @@ def parse(content: str, name: str = "configuration") -> Config:
     """The configuration in TOML text `content`, called `name` in errors. Raises ConfigError."""
     try:
         document = tomllib.loads(content)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also of endless numbers, or nesting
         raise ConfigError(_broken_toml(content, name, str(error))) from None
     known = ", ".join((*SECTIONS, *plugin_tables.KINDS))
     sections: dict[str, Any] = {}

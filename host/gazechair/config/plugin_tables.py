@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import date, time
 from typing import Any
 
 from gazechair.config.rules import choice, word
@@ -70,8 +71,21 @@ def parse(kind: str, values: object, content: str, file: str) -> tuple[PluginCon
             person = read(_Ours, ours, one.title).person
         except BadSetting as refused:
             raise BadSetting(name, one.refusal(refused.key, refused.reason)) from None
+        for key, value in own.items():
+            if _has_date(value):
+                reason = "must have no date or time; write it as a text, in quotes"
+                raise BadSetting(name, one.refusal(key, reason))
         found.append(PluginConfig(kind, name, person, own, lines))
     return tuple(found)
+
+
+def _has_date(value: object) -> bool:
+    # A plug-in gets its settings as JSON, which has none.
+    if isinstance(value, dict):
+        return any(map(_has_date, value.values()))
+    if isinstance(value, list):
+        return any(map(_has_date, value))
+    return isinstance(value, date | time)
 
 
 def _lines(content: str, file: str, kind: str, name: str) -> dict[str, str]:

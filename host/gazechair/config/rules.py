@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import ipaddress
 import json
-import math
 import re
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +16,7 @@ from gazechair.base.languages import languages
 
 Arc = tuple[float, float]
 
+_MOST = sys.float_info.max  # TOML's whole numbers have no limit
 _UNREPEATED = "the value is not repeated here"
 
 
@@ -249,7 +250,7 @@ def corners() -> Kind:
 def _finite(value: Any) -> float:
     if not isinstance(value, int | float) or isinstance(value, bool):
         raise TypeError
-    if not math.isfinite(value):
+    if not abs(value) <= _MOST:
         raise ValueError
     return float(value)
 
@@ -257,7 +258,7 @@ def _finite(value: Any) -> float:
 def _angle(value: Any) -> float:
     if not isinstance(value, int | float) or isinstance(value, bool):
         raise TypeError
-    if not math.isfinite(value) or not -180 <= value <= 180:
+    if not -180 <= value <= 180:
         raise ValueError
     return float(value)
 

@@ -63,7 +63,8 @@ class Control:
         self._arbiter = Arbiter(secrets.randbelow(256), secrets.randbelow(1 << 30))
         self._arbiter.cap_permille = self._speed_cap.read()
         self._alerts, self._steer = alerts, steer
-        self._arbiter.help.on = alerts is not None and alerts.help_wanted
+        if alerts is not None:
+            self._arbiter.help.restore(alerts.help_wanted, alerts.answered_s)
         self._stop_seen, self._step_turns = StopSeen(), StepTurns()
         self._errors = error_handler.ErrorHandler(), error_handler.ErrorHandler()
         self._verdicts = (error_handler.Verdict("ok", "ok"),) * 2  # of all, for the driver
@@ -74,10 +75,9 @@ class Control:
         self._tiles: dict[str, Message] = {}  # of each mode that can be chosen
         self._plugins: Callable[[], list[Message]] = list
         self._shown: tuple[Any, ...] = ()
-        self._version = 0
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="arbiter", daemon=True)
-        self._late_s = 0.0
+        self._version, self._late_s = 0, 0.0
         self.alive_s = time.monotonic()
         """CLOCK_MONOTONIC seconds at which its thread last ran."""
 

@@ -22,6 +22,11 @@ class HelpCall:
         """True if a caretaker has answered the driver's call, and is coming."""
         return self._coming_till_s is not None and now_s < self._coming_till_s
 
+    def restore(self, on: bool, answered_s: float | None) -> None:
+        """Continue after a restart; `answered_s`: when a caretaker answered, None: nobody has."""
+        self.on = on
+        self._coming_till_s = None if answered_s is None else answered_s + COMING_S
+
     def answer(self, now_s: float) -> None:
         """A caretaker has answered the driver's call elsewhere than on a page's socket."""
         if self.on:

@@ -24,6 +24,7 @@ class Calls(Protocol):
     """What Control needs from the alerts (gazechair.alerts.service.Alerts)."""
 
     help_wanted: bool
+    answered_s: float | None
 
     @property
     def revision(self) -> int: ...

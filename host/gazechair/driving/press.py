@@ -105,6 +105,7 @@ class DrivingPress(Presses):
         """The mode that this press is on, "" for none."""
         self._mode_till_s = 0.0  # when the mode's last answer expires
         self._auto = False
+        self._begun = False  # the board has reported it: an auto motion asks for nothing before
         self._watched = (codes.NOBODY, 0.0)  # who supervises it, and the time of the last proof
         self.unfinished = ""
         """The mode of the newest auto motion until that ends by itself."""
@@ -122,8 +123,12 @@ class DrivingPress(Presses):
         if self.mode:
             deadline_s = min(deadline_s, self._mode_till_s)
         watcher, watched_s = self._watched if self._auto else (codes.NOBODY, 0.0)
+        command = self._command
+        if self._auto and not self._begun:
+            # One that asks for a blocked motion at once would be spent, and wait for nothing.
+            command = replace(command, linear_permille=0, turn_permille=0)
         return replace(
-            self._command,
+            command,
             edge=self.now.number,
             ttl_deadline_s=deadline_s,
             watcher=watcher,
@@ -137,7 +142,7 @@ class DrivingPress(Presses):
 
     @auto.setter
     def auto(self, auto: bool) -> None:
-        self._auto = auto
+        self._auto, self._begun = auto, False
         if auto:
             self.unfinished = self.mode
         self._watched = (codes.NOBODY, 0.0)
@@ -154,9 +159,10 @@ class DrivingPress(Presses):
 
     def overruled(self, board_edge: int, override: int) -> None:
         """The board's override of its newest press: an auto motion waits only for obstacles."""
-        running = self.auto and self.now is not None and self.now.number == board_edge
-        if running and override not in _WAITS:
-            self.end()
+        if self.auto and self.now is not None and self.now.number == board_edge:
+            self._begun = True
+            if override not in _WAITS:
+                self.end()
 
     def come_to_its_end(self, reached: bool) -> None:
         """The mode has ended: end an auto motion, which nobody could release."""

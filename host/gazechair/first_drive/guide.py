@@ -19,6 +19,7 @@ import numpy as np
 from gazechair.base.health import HealthRegistry
 from gazechair.base.told import ToldError
 from gazechair.board.board_commands import Clearance
+from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
 from gazechair.board.link import BoardLink
 from gazechair.config.configuration import Config, LidarConfig
 from gazechair.driving.storing import Storing
@@ -34,7 +35,6 @@ from gazechair.sensing.lidar.scan import Scan
 from gazechair.service.board_settings import BoardSettings, SettingRefused
 from gazechair.service.calibrate import JoystickCalibration
 from gazechair.service.lidar_tools import learned_mask
-from gazechair.service.stored_setting import store
 from gazechair.service.tune import StoppedError
 from gazechair.service.tune.armed_session import Hands
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
@@ -91,10 +91,11 @@ class Guide:
         measured: Measured | None = None,
         keep: Callable[[str, ForwardNumbers], None] = lambda _profile, _numbers: None,
         marks: FloorMarks | None = None,
+        step_ms: Callable[[int, int, int], int | None] = lambda *_: None,
     ) -> None:
         """`remask` restarts the lidars with other masks; `wait` sleeps for seconds of `clock`;
         `measured`: odometry's newest estimate, `keep` stores what tuning finds with it, see Tuning;
-        `marks`: None without a camera."""
+        `marks`: None without a camera; `step_ms`: see CaretakerSettings."""
         self._config = config
         self._link = link
         self._parts = parts
@@ -109,6 +110,7 @@ class Guide:
         self._marks = marks
         self.held = Held(link, clock, control.stopped_s)
         self.storing = Storing(lambda: control.owned() or bool(self.moving))
+        self.settings = CaretakerSettings(link, step_ms, self.storing.store)
         self._lock = threading.Lock()
         self._step = ""  # that runs
         self._lines: deque[str] = deque(maxlen=_MOST_LINES)
@@ -334,12 +336,10 @@ class Guide:
         BoardSettings(self._link).save_heading()
 
     def _profile(self, row: Any) -> None:
-        if type(row) is not int or not 0 <= row < len(PROFILES):
-            raise StepRefused("setting_out_of_range")
-        with self.storing.store() as nobody_drives:
-            if not nobody_drives:
-                raise StepRefused("setting_while_armed")
-            store(BoardSettings(self._link), index_of("profile"), row)
+        try:
+            self.settings.change({"profile": row})
+        except SettingsRefused as refused:
+            raise StepRefused(refused.reason, str(refused)) from None
         self._record.keep("profile", PROFILES[row])
 
     def _relay(self, _: Any) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
-import math
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -100,4 +100,5 @@ def _sound(step: str, found: Any) -> bool:
     if step == "turn":
         turned = found.get("turned_deg")
         shown = [found.get("wanted_deg"), *(turned if isinstance(turned, list) else [None])]
-    return all(isinstance(one, int | float) and math.isfinite(one) for one in shown)
+    most = sys.float_info.max  # a whole number of JSON may be larger
+    return all(isinstance(one, int | float) and abs(one) <= most for one in shown)

@@ -93,10 +93,11 @@ class Follower:
         return self._way is not None and self._way.backward and self._at == 0
 
     def take(self, way: Way, pose: Pose) -> None:
-        """Follow a new path from `pose`, without stopping if it leads straight ahead."""
+        """Follow a new path from `pose`, without stopping if it leads straight on."""
         a, b = way.points_m[:2]
         off = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - pose[2], 2.0 * math.pi)
         aligned = abs(off) < _RUNS_OUT_RAD and not way.backward
+        aligned = aligned and self._linear.speed > -_STANDS_M_S
         self._way, self._at, self._turning, self._unbent = way, 0, not aligned, 0
         self.lost_way = self.arrived = False
         self._aimed_m = -math.inf  # at once, if need be

@@ -18,7 +18,7 @@ from gazechair.producers.track import MapTrack
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore, Stored
 
-MAP_GONE = "going_map_gone"
+MAP_GONE, UNSEEN_BEHIND = "going_map_gone", "going_unseen_behind"
 _WHERE_S = 1.5  # longest wait for the first pose after the press
 _MOST_POINTS = 40  # of a path that is shown
 _STEPPED_S = 0.25  # a chair that has not been driven for longer begins a new mission
@@ -29,7 +29,6 @@ class _Model:
     """A map as the planner needs it, which takes seconds to compute."""
 
     stored: Stored
-    may_reverse: bool
     costmap: Costmap
     planner: Planner
 
@@ -47,13 +46,17 @@ class PlaceProducer(Producer):
         self._mission: Future[Mission | None] = Future()
         self._model: _Model | None = None  # of the newest mission; used by the thinker only
         self._goal: Pose = (0.0, 0.0, 0.0)
+        self._sees_behind = False
         self._begun_s = 0.0
         self._stepped_s = -math.inf
 
     def press(self, press: Press) -> None:
+        self._sees_behind = press.may_reverse
+        if not self._sees_behind:
+            return
         target, before = press.target, self._kept
         self._map = str(target["map"])
-        self._kept = self._map, target["drawn"], dict(press.settings), press.may_reverse
+        self._kept = self._map, target["drawn"], dict(press.settings)
         x_m, y_m, heading_deg = (float(target[name]) for name in ("x", "y", "heading"))
         self._goal = x_m, y_m, math.radians(heading_deg)
         self._begun_s = press.at_s
@@ -77,22 +80,24 @@ class PlaceProducer(Producer):
         if stored is None or stored.map is None:
             return None
         model = self._model
-        if model is None or model.stored is not stored or model.may_reverse != press.may_reverse:
+        if model is None or model.stored is not stored:
             model = self._model = None  # a large one is not kept while the next is computed
-            model = self._model = self._modelled(stored, stored.map, press.may_reverse)
+            model = self._model = self._modelled(stored, stored.map)
         # A new mission: what the board refused, and who walks, are found out again. What the lidars
         # saw in the last seconds stays in the costmap, also where none of them looks now.
         numbers, footprint = ChairNumbers.of(press.settings), self.setup.footprint
         return Mission(model.costmap, model.planner, numbers, footprint, self._ride.submit)
 
-    def _modelled(self, stored: Stored, home: HomeMap, may_reverse: bool) -> _Model:
+    def _modelled(self, stored: Stored, home: HomeMap) -> _Model:
         no_go = [np.array(area.corners_m) for area in home.drawn.no_go]
         costmap = costmap_of(home.grid, self.setup.footprint, no_go)
-        return _Model(stored, may_reverse, costmap, Planner(costmap, may_reverse))
+        return _Model(stored, costmap, Planner(costmap, may_reverse=True))
 
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._ride.hear(sensed)
         self._track.take(sensed.estimates, sensed.where)
+        if not self._sees_behind:  # no turn on the spot is permitted (promise P19)
+            return Said(None, "ended", UNSEEN_BEHIND)
         if not self._mission.done():
             return Said((0, 0), "thinks")
         mission = self._mission.result()

@@ -19,7 +19,7 @@ POSE_OLD_S = 0.35
 _ESTIMATE_OLD_S = 0.25
 _SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # a less certain pose counts as unknown
 _SAME_S = 1e-3
-DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.CARRIED, doubts.LOST))
+DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.SILENT, doubts.CARRIED, doubts.LOST))
 """An estimate with any of these is not usable for driving."""
 _KEPT = 64
 

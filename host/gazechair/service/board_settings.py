@@ -17,10 +17,11 @@ from gazelink.settings_table import NAMES, TABLE, index_of
 _CONNECT_S = 6.0
 _TRIES = 3
 _POLL_S = 0.02
+DRIVING = "driving is on; switch it off first (Rijden uit)"
 _REFUSALS = {
     codes.SETTING_UNKNOWN: "the board knows no such setting; flash it with this version",
     codes.SETTING_OUT_OF_RANGE: "the value is outside the limits shown by gazechair settings",
-    codes.SETTING_WHILE_ARMED: "driving is on; switch it off first (Rijden uit)",
+    codes.SETTING_WHILE_ARMED: DRIVING,
     codes.SETTING_NOT_STORED: "the board could not write it to its flash; is it full?",
     codes.SETTING_BY_CALIBRATION: "set neutral first: gazechair calibrate joystick, with a meter",
     codes.SENSOR_NOT_CALIBRATED: "the sensor says it is not calibrated; move it gently every way",

@@ -122,7 +122,7 @@ def test_acknowledged_while_it_escalates_nobody_else_is_called() -> None:
     assert [route.name for _, route in book.due(0.0)] == ["zus"]
     book.result(1, "zus", "", 1.0)
     assert [route.name for _, route in book.due(60.0)] == ["sms"]  # it is in progress
-    assert book.acknowledge(1, "Anna")
+    assert book.acknowledge(1, "Anna", 0.0)
     book.result(1, "sms", "no network", 61.0)
     assert not [book.due(float(now_s)) for now_s in range(61, 400) if book.due(float(now_s))]
     assert alert.by == "Anna"

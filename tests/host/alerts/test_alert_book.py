@@ -79,8 +79,8 @@ def test_an_answer_or_the_end_of_the_reason_ends_it(act: str) -> None:
     if act == "end":
         scene.book.end(HELP_WANTED, scene.now_s)
     else:
-        assert scene.book.acknowledge(1, "Anna")
-        assert not scene.book.acknowledge(1, "Bert")
+        assert scene.book.acknowledge(1, "Anna", 0.0)
+        assert not scene.book.acknowledge(1, "Bert", 0.0)
         assert scene.book.as_json()[0]["by"] == "Anna"
     scene.wait(1000)
     assert scene.routes() == [(0, "first")]
@@ -105,7 +105,7 @@ def test_a_person_who_asks_again_after_an_answer_is_heard_again_and_a_part_is_kn
     for key in ("lidar_lost", HELP_WANTED):
         scene.raise_(key)
         scene.wait(1)
-        scene.book.acknowledge(scene.book.as_json()[-1]["number"], "Anna")
+        scene.book.acknowledge(scene.book.as_json()[-1]["number"], "Anna", 0.0)
         scene.raise_(key)
     scene.wait(AGAIN_S + 1)
     assert [key for *_, key in scene.sent] == ["lidar_lost", HELP_WANTED, HELP_WANTED]
@@ -124,7 +124,7 @@ def test_who_asks_again_after_an_answer_gives_the_next_route_its_whole_time_agai
         scene.problem = "no network"
         scene.wait(1)
     scene.problem = ""
-    assert scene.book.acknowledge(1, by)
+    assert scene.book.acknowledge(1, by, 0.0)
     scene.wait(290)
     scene.sent.clear()
     scene.raise_()
@@ -189,7 +189,7 @@ def test_a_test_goes_over_every_route_at_once_and_only_once() -> None:
     scene = Scene(FIRST, SECOND, Route("help", kinds=("help",)))
     scene.problem = "refused"
     scene.raise_(TRIED)
-    scene.book.acknowledge(1, "Anna")
+    scene.book.acknowledge(1, "Anna", 0.0)
     scene.book.end(TRIED, scene.now_s)
     scene.wait(30)
     assert sorted(scene.routes()) == [(0, "first"), (0, "help"), (0, "second")]
@@ -236,7 +236,7 @@ def test_a_host_that_restarts_continues_where_it_was() -> None:
 def test_an_alert_that_opens_again_has_its_own_time_also_for_the_next_route() -> None:
     book = Book([FIRST, THIRD])
     book.raise_(HELP_WANTED, 0.0, 0.0)
-    book.acknowledge(1, "Anna")
+    book.acknowledge(1, "Anna", 0.0)
     book.raise_(HELP_WANTED, 480.0, 480.0)
     assert book.as_json()[0]["at"] == 480
     again = Book([FIRST, THIRD])
@@ -340,7 +340,7 @@ class AnyOrder(RuleBasedStateMachine):
         key = data.draw(st.sampled_from(sorted(self.since_s)))
         alert = self.scene.book.of(key)
         assert alert is not None
-        assert self.scene.book.acknowledge(alert.number, by)
+        assert self.scene.book.acknowledge(alert.number, by, 0.0)
         self._silent(key)
 
     @precondition(lambda self: self.since_s)

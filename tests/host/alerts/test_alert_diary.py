@@ -8,6 +8,7 @@ import pytest
 
 from gazechair.alerts.book import MOST_ALERTS, Book, Route
 from gazechair.alerts.diary import FILE_NAME, MOST_BYTES, Diary
+from gazechair.alerts.reasons import HELP_WANTED, TRIED
 
 
 def rows(count: int = 3) -> list[dict[str, object]]:
@@ -102,3 +103,23 @@ def test_a_disk_that_refuses_is_said_and_nothing_else(
     assert not Diary(tmp_path / "file").write(rows())
     assert "alerts are not kept" in caplog.text
     assert Diary(tmp_path / "file").read() == []
+
+
+def test_results_of_tests_and_of_what_is_over_outlive_the_host_and_their_routes(
+    tmp_path: Path,
+) -> None:
+    book = Book([Route("old")])
+    for number, (key, problem) in enumerate(((TRIED, "no network"), (HELP_WANTED, "")), 1):
+        book.raise_(key, 0.0, 0.0)
+        assert [route.name for _, route in book.due(0.0)] == ["old"]
+        book.result(number, "old", problem, 0.0)
+        book.end(key, 0.0)
+    Diary(tmp_path).write(book.as_json())
+    again = Book([Route("new")])
+    again.restore(Diary(tmp_path).read(), 0.0, 0.0)
+    assert again.due(300.0) == []
+    assert again.as_json() == book.as_json()
+    assert [row["deliveries"]["old"]["state"] for row in again.as_json()] == ["failed", "sent"]
+    for key in (TRIED, HELP_WANTED):
+        again.raise_(key, 300.0, 300.0)
+    assert [route.name for _, route in again.due(300.0)] == ["new", "new"]

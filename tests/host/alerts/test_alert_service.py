@@ -22,6 +22,7 @@ from gazechair.base.health import LOST, OK, STARTING, HealthRegistry
 from gazechair.config.configuration import AlertsConfig, Config, RouteConfig
 from gazechair.config.rules import Secret
 from gazechair.driving.control import Control
+from gazechair.driving.help_call import COMING_S
 from gazelink import codes
 
 ROUTES = (
@@ -34,9 +35,13 @@ class Rig:
     """Control and alerts in virtual time; messages are recorded instead of sent."""
 
     def __init__(
-        self, folder: Path, routes: tuple[RouteConfig, ...] = ROUTES, broker: str = ""
+        self,
+        folder: Path,
+        routes: tuple[RouteConfig, ...] = ROUTES,
+        broker: str = "",
+        now_s: float = 10.0,
     ) -> None:
-        self.now_s = 10.0
+        self.now_s = now_s
         self.folder = folder
         self.parts = HealthRegistry(lambda: self.now_s)
         for name in ("board", "lidar", "camera"):
@@ -167,6 +172,20 @@ def test_a_call_outlives_the_host(rig: Rig, tmp_path: Path) -> None:
     again.wait(200)
     assert [route for _, route, _ in again.sent] == ["sms"]
     assert [row["count"] for row in again.alerts.as_json()["alerts"]] == [1]
+
+
+def test_who_is_coming_outlives_the_host_for_the_rest_of_the_time(rig: Rig, tmp_path: Path) -> None:
+    rig.help()
+    rig.wait(200)
+    assert rig.alerts.acknowledge(rig.row()["number"], "Anna")
+    rig.wait(100)
+    Diary(tmp_path).write(rig.alerts.as_json()["alerts"])
+    again = Rig(tmp_path, now_s=rig.now_s)
+    again.wait(COMING_S - 101)
+    assert (again.shown()["call"], again.shown()["coming"]) == (False, True)
+    assert (again.row()["state"], again.row()["by"], again.sent) == ("acknowledged", "Anna", [])
+    again.wait(2)
+    assert (again.shown()["coming"], again.row()["state"]) == (False, "over")
 
 
 def test_an_answer_outlives_the_host_while_the_lidar_starts(rig: Rig, tmp_path: Path) -> None:

@@ -189,7 +189,7 @@ def test_another_part_calls_again_though_the_first_was_answered() -> None:
     book = Book([Route("anna")])
     see = watched(Watch(STUCK_S), book)
     assert during(see, LOG, 0, 400) == ["anna"]
-    book.acknowledge(1, "Anna")
+    book.acknowledge(1, "Anna", 0.0)
     assert during(see, BOTH, 400, 700) == []
     assert during(see, BOTH, 700, 800) == ["anna"]
     (alert,) = book.alerts()
@@ -204,7 +204,7 @@ def test_a_part_that_returns_within_a_minute_is_no_other_part() -> None:
     book = Book([Route("anna")])
     see = watched(Watch(STUCK_S), book)
     assert during(see, BOTH, 0, 400) == ["anna"]
-    book.acknowledge(1, "Anna")
+    book.acknowledge(1, "Anna", 0.0)
     assert during(see, LOG, 400, 410) + during(see, BOTH, 410, 800) == []
     assert during(see, QUIET, 800, 810) + during(see, BOTH, 810, 1200) == []
     assert [alert.state for alert in book.alerts()] == [ACKNOWLEDGED]
@@ -216,7 +216,7 @@ def test_a_part_that_the_host_of_before_named_is_no_other_part() -> None:
     for named, used in (("log: disk is full", ["anna"]), ("log: disk; odometry: gone", [])):
         book = Book([Route("anna")])
         book.raise_(PART, 0.0, 0.0, detail=named)
-        book.acknowledge(1, "Anna")
+        book.acknowledge(1, "Anna", 0.0)
         see = watched(Watch(STUCK_S, named=named_in(named)), book)
         assert during(see, STARTS, 0, 5) + during(see, BOTH, 5, 400) == used
 
@@ -246,7 +246,7 @@ def test_what_flaps_within_a_minute_is_the_same_alert_and_its_answer_holds() -> 
     book = Book([Route("anna"), Route("bert", 120.0)])
     see = watched(Watch(STUCK_S), book)
     assert during(see, LOST, 0, 100) == ["anna"]
-    book.acknowledge(1, "Anna")
+    book.acknowledge(1, "Anna", 0.0)
     assert during(see, LOST, 100, 200) + see(QUIET, 200.0) + during(see, LOST, 201, 400) == []
     assert [(alert.state, alert.by) for alert in book.alerts()] == [(ACKNOWLEDGED, "Anna")]
     assert during(see, QUIET, 400, 400 + int(AGAIN_S)) == []
@@ -269,7 +269,7 @@ def test_an_answer_survives_a_restart(key: str, first: Situation) -> None:
     lost = replace(QUIET, problems={key})
     before = Book([Route("anna")])
     assert during(watched(Watch(STUCK_S), before), lost, 0, 200) == ["anna"]
-    before.acknowledge(1, "Anna")
+    before.acknowledge(1, "Anna", 0.0)
     book = Book([Route("anna")])
     book.restore(before.as_json(), 0.0, 200.0)
     see = watched(Watch(STUCK_S), book)
@@ -316,7 +316,7 @@ def test_an_event_stays_for_ten_minutes_and_a_later_one_calls_again(acknowledged
     see(MOVES, 0.0)
     see(QUIET, 1.0)
     if acknowledged:
-        book.acknowledge(1, "Anna")
+        book.acknowledge(1, "Anna", 0.0)
     see(QUIET, EVENT_S)
     state = ACKNOWLEDGED if acknowledged else OPEN
     assert [alert.state for alert in book.alerts()] == [state]
@@ -329,7 +329,7 @@ def test_another_event_within_the_ten_minutes_calls_again_though_the_first_was_a
     book = Book([Route("anna")])
     see = watched(Watch(STUCK_S), book)
     assert see(MOVES, 0.0) == ["anna"]
-    book.acknowledge(1, "Anna")
+    book.acknowledge(1, "Anna", 0.0)
     see(QUIET, 5.0)
     assert see(QUIET, 299.0) == []
     assert see(MOVES, 300.0) == ["anna"]
@@ -341,7 +341,7 @@ def test_another_event_right_after_the_ten_minutes_calls_again_too() -> None:
     book = Book([Route("anna")])
     see = watched(Watch(STUCK_S), book)
     assert see(MOVES, 0.0) == ["anna"]
-    book.acknowledge(1, "Anna")
+    book.acknowledge(1, "Anna", 0.0)
     assert see(QUIET, 1.0) + see(QUIET, EVENT_S + 1.0) + see(QUIET, EVENT_S + 2.0) == []
     assert [alert.state for alert in book.alerts()] == [OVER]
     assert see(MOVES, EVENT_S + 20.0) == ["anna"]
@@ -352,7 +352,7 @@ def test_an_answer_holds_while_the_same_event_lasts_or_returns_within_a_minute()
     book = Book([Route("anna")])
     see = watched(Watch(STUCK_S), book)
     assert see(MOVES, 0.0) == ["anna"]
-    book.acknowledge(1, "Anna")
+    book.acknowledge(1, "Anna", 0.0)
     times = [see(MOVES, float(at_s)) for at_s in range(1, 400)]
     times.append(see(QUIET, 400.0))
     times.append(see(MOVES, 399.0 + AGAIN_S))
@@ -368,7 +368,7 @@ def test_another_event_after_a_restart_calls_again_though_the_first_was_answered
 ) -> None:
     before = Book([Route("anna")])
     assert watched(Watch(STUCK_S), before)(MOVES, 0.0) == ["anna"]
-    before.acknowledge(1, "Anna")
+    before.acknowledge(1, "Anna", 0.0)
     book = Book([Route("anna")])
     book.restore(before.as_json(), 0.0, 24 * 3600.0)
     see = watched(Watch(STUCK_S), book)
@@ -376,5 +376,5 @@ def test_another_event_after_a_restart_calls_again_though_the_first_was_answered
     assert see(MOVES, float(moves_s)) == ["anna"]
     (alert,) = book.alerts()
     assert (alert.state, alert.by, alert.count) == (OPEN, "", 2)
-    book.acknowledge(1, "Anna")
+    book.acknowledge(1, "Anna", 0.0)
     assert during(see, QUIET, 101, 130) + see(MOVES, 130.0) == [], "the same one again"

@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from mcap.writer import Writer
 
 from gazechair import cli
 from gazechair.blackbox import command
@@ -84,6 +85,25 @@ def test_export(config: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     rows = [*csv.DictReader(io.StringIO(capsys.readouterr().out))]
     assert [int(row["faults"]) for row in rows] == [line["faults"] for line in cut]
     assert rows[0]["stamp.sec"] == str(cut[0]["stamp"]["sec"])
+
+
+@pytest.mark.parametrize("summary", [True, False])
+def test_messages_of_other_programs_are_left_out(
+    config: list[str], capsys: pytest.CaptureFixture[str], summary: bool
+) -> None:
+    folder = Path(config[1]).parent / "state" / "log"
+    with (folder / "000009_2026-09-21T16-13-20.mcap").open("wb") as out:
+        writer = Writer(out, use_statistics=summary)
+        writer.start()
+        about = writer.register_schema("about", "jsonschema", b"{}")
+        cdr = writer.register_schema("pkg/About", "ros2idl", b"module pkg {};")
+        for encoding, schema in (("json", about), ("json", 0), ("cdr", 0), ("cdr", cdr)):
+            channel = writer.register_channel("/board/state", encoding, schema)
+            writer.add_message(channel, 10**9, b"{}", 10**9)
+        writer.finish()
+    for words in (["list"], ["show", "9"], ["export", "9"]):
+        assert cli.main(["log", *words, *config]) == 0
+        assert ("000009" in capsys.readouterr().out) is (words == ["list"])
 
 
 @pytest.mark.parametrize(

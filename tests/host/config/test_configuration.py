@@ -127,6 +127,8 @@ REFUSED = [
     (ROUTE + "after_s = -1", 4, "0..3600"),
     ("[alerts]\nroute = 3", 1, "write it as [[alerts.route]]"),
     ("[[alerts]]\n", 1, "write it as [alerts]"),
+    ("[input.gone]\n\nsince = 2026-09-21", 3, "input.gone.since must have no date or time"),
+    ("[mode.gone]\nat = [1, {b = [07:32:00]}]", 2, "mode.gone.at must have no date or time"),
     ("[mode.follow-person]\n", 1, "give the plug-in another name"),
     ("[mode.places]\n", 1, "give the plug-in another name"),
     ("[mode.go-look-12]\n", 1, "give the plug-in another name"),
@@ -142,6 +144,20 @@ def test_refusal_is_one_line_with_file_line_and_reason(content: str, line: int, 
     assert text.startswith(f"chair.toml:{line}: ")
     assert words in text
     assert "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (f"[footprint]\ncorners_m = [[{'9' * 309}, 1], [-1, 1], [0, -1]]", "a list of corners"),
+        (f"[lidar]\nmask = [[{'9' * 309}, 5]]", "a list of arcs"),
+        (f"[web]\nport = {'9' * 5000}", "is not TOML"),
+        (f"[web]\nport = {'[' * 5000}", "is not TOML"),
+    ],
+    ids=["corner", "arc", "number", "nesting"],
+)
+def test_what_has_no_end_is_refused_in_one_line(content: str, words: str) -> None:
+    test_refusal_is_one_line_with_file_line_and_reason(content, 2, words)
 
 
 def test_the_same_key_of_another_section_is_not_blamed() -> None:

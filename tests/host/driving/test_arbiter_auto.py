@@ -60,7 +60,9 @@ def auto() -> Auto:
 
 
 def test_one_press_starts_it_and_nobody_holds_it(auto: Auto) -> None:
-    auto.go_on(2.0)
+    auto.go_on(1.0)
+    auto.board(edge=auto.arbiter.command.edge)
+    auto.go_on(1.0)
     assert auto.drives
     command = auto.arbiter.command
     assert (command.mode, command.owner) == (codes.AUTO, codes.DRIVER)
@@ -68,6 +70,26 @@ def test_one_press_starts_it_and_nobody_holds_it(auto: Auto) -> None:
     assert command.ttl_deadline_s <= auto.now_s + 0.15
     auto.say(LET_GO)  # nobody held it
     assert auto.drives
+
+
+def test_it_asks_for_nothing_until_the_board_has_begun_it(auto: Auto) -> None:
+    """One that begins where it is blocked would be over for the board, and wait for nothing."""
+
+    def asked() -> tuple[int, int, int]:
+        command = auto.arbiter.command
+        return command.verb, command.linear_permille, command.turn_permille
+
+    for _ in range(2):
+        number = auto.arbiter.command.edge
+        assert asked() == (codes.DRIVE, 0, 0)
+        auto.board(edge=number % 255 + 1)  # another press
+        auto.go_on(0.1)
+        assert asked() == (codes.DRIVE, 0, 0)
+        auto.board(edge=number)
+        assert asked() == (codes.DRIVE, 300, 50)
+        auto.go_on(0.1)
+        assert auto.drives
+        auto.start()  # another press on the same mode
 
 
 def test_supervision_is_only_ever_as_young_as_its_proof(auto: Auto) -> None:

@@ -75,7 +75,16 @@ def test_a_full_disk_keeps_it_until_the_end_and_the_caretaker_is_told(tmp_path: 
 
 @pytest.mark.parametrize(
     "mask",
-    [[[-180.0, 180.0]], [[-170.0, 170.0]], [["0", "9"]], [[float("nan"), 0.0]], [None], None, 3],
+    [
+        [[-180.0, 180.0]],
+        [[-170.0, 170.0]],
+        [["0", "9"]],
+        [[float("nan"), 0.0]],
+        [[10**309, 0.0]],
+        [None],
+        None,
+        3,
+    ],
 )
 def test_a_mask_that_no_configuration_may_have_does_not_count(mask: object) -> None:
     record = Record(None)
@@ -92,6 +101,7 @@ def test_a_mask_that_no_configuration_may_have_does_not_count(mask: object) -> N
         {"turn": [1]},
         {"turn": {"profile": None, "turned_deg": 3, "wanted_deg": 10}},
         {"turn": {"profile": None, "turned_deg": [float("nan"), 1.0], "wanted_deg": 10}},
+        {"distance": {"lidars": [], "measured_mm": 10**309, "seen_mm": 5}},
     ],
 )
 def test_what_no_page_can_show_does_not_count(tmp_path: Path, found: dict[str, object]) -> None:

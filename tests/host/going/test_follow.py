@@ -105,6 +105,26 @@ def test_after_the_board_held_it_back_it_starts_gently() -> None:
     assert follower.step((1.0, 0.0, 0.0), math.inf, WIDE_M).linear_permille < 250
 
 
+def test_backing_out_it_comes_to_rest_before_it_drives_ahead() -> None:
+    follower = Follower(numbers())
+    follower.take(Way(np.array([(0.0, 0.0), (-4.0, 0.0)]), None, backward=True), (0.0, 0.0, 0.0))
+    stick, at_m = STOP, 0.0
+    for _ in range(60):
+        follower.moved(stick, None, 0.0)
+        stick = follower.step((at_m, 0.0, 0.0), math.inf, WIDE_M)
+        at_m -= 0.01
+    assert stick.linear_permille < -300
+    follower.take(STRAIGHT, (at_m, 0.0, 0.0))
+    asked = []
+    for _ in range(40):
+        follower.moved(stick, None, 0.0)
+        stick = follower.step((at_m, 0.0, 0.0), math.inf, WIDE_M)
+        asked.append(stick.linear_permille)
+    assert asked[:3] == [0, 0, 0]
+    first = next(one for one in asked if one)
+    assert 0 < first < 150  # as from rest
+
+
 def test_where_the_board_lets_no_curve_through_it_goes_straight_on_for_a_while() -> None:
     follower = following(80, 0.15)
     off = (1.0, 0.05, 0.0)

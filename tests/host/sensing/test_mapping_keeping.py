@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gazechair.sensing.mapping import keeping
 from gazechair.sensing.mapping.keeping import APART_S
 from gazechair.sensing.mapping.locating.looks import Seen
 from keepingrig import AHEAD, LOCATION, Drives, estimate
@@ -66,4 +67,15 @@ def test_a_disk_that_is_full_is_no_reason_to_stop(
 
     monkeypatch.setattr("gazechair.sensing.mapping.upkeep.replace_file", full)
     drives.go(70)
+    assert drives.counted() == 0
+
+
+def test_a_map_that_is_too_large_to_be_kept_current_is_told_once(
+    drives: Drives, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(keeping, "_MOST_CELLS", 1000)
+    drives.go(200)
+    assert [one.getMessage() for one in caplog.records] == [
+        "map a is not kept current: it has 1600 cells, more than 1000"
+    ]
     assert drives.counted() == 0

@@ -11,9 +11,11 @@ import pytest
 from gazechair.base.poses import between, compose
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.locating.candidate import Candidate
 from gazechair.sensing.mapping.locating.localization import Localization, Location
 from gazechair.sensing.mapping.locating.map_match import Look, MapMatch
 from gazechair.sensing.mapping.locating.recent_looks import RecentLooks
+from gazechair.sensing.mapping.matching import ndt
 from gazesim.rooms import Person, Room, Solid, box
 from homerig import flat, points, poses, scan
 
@@ -302,6 +304,28 @@ def test_surfaces_agree_where_they_are_and_floor_contradicts_walls_elsewhere(
     assert wrong.agreed.mean() < 0.6
     assert wrong.contradicted_m > 1.0
     assert wrong.value_m < right.value_m - 3.0
+
+
+WALL = box(2.0, 2.7, 3.2, 0.1, 0.0, 2.0, "wall")
+PEOPLE = [Person((at,)) for at in ((1.2, 2.6), (1.9, 2.8), (2.7, 2.6))]
+
+
+@pytest.mark.parametrize(
+    ("room", "possible"), [(flat(), True), (flat(people=PEOPLE), True), (flat(WALL), False)]
+)
+def test_a_wall_where_the_map_has_floor_speaks_against_a_place_and_people_do_not(
+    grid: OccupancyGrid, room: Room, possible: bool
+) -> None:
+    looks, match = RecentLooks(), MapMatch(grid)
+    for _ in range(3):
+        seen = look(room, HERE)
+        looks.add(seen.origins_m, seen.points_m, STANDING)
+    settled = looks.settled()
+    assert settled is not None
+    fitted = ndt.fit(match.ndt, settled.surfaces_m, HERE)
+    here = Candidate(match, settled, STANDING, HERE, fitted)
+    assert here.agreement.contradicted_m < 0.2
+    assert here.is_possible() == possible
 
 
 def test_an_empty_map_is_refused_and_an_empty_look_is_nothing(grid: OccupancyGrid) -> None:

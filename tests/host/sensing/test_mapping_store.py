@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import signal
 import subprocess
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gazechair.cli import main
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.stored import home_map
@@ -291,10 +293,14 @@ def grid_of(store: MapStore) -> OccupancyGrid:
 def test_an_update_keeps_what_is_drawn_and_can_be_taken_back(store: MapStore) -> None:
     store.draw("a", "place", BED)
     first, second = grid_of(store), moved(store)
+    versions = [store.version("a"), store.version("a")]
+    assert versions[0] == versions[1]
     assert store.update("a", first, second, WHEN)
+    versions[0] = store.version("a")
     assert grid_of(store).same_as(second)
     store.rename("a", "later")
     assert store.take_back("a")
+    assert len({*versions, store.version("a"), store.version("gone")}) == 4
     found = store.get("a")
     assert found is not None
     assert found.map is not None
@@ -390,3 +396,55 @@ def test_a_row_shows_that_something_was_drawn(store: MapStore) -> None:
 @pytest.mark.parametrize("id_", ["where", "growing"])
 def test_a_map_whose_address_is_another_pages_is_refused(store: MapStore, id_: str) -> None:
     assert refused(store.add, home("c"), f"{id_}.map") == "map_name"
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda store: store.add(home()),
+        lambda store: store.rename("a", "mine"),
+        lambda store: store.draw("a", "place", BED),
+        lambda store: store.delete("a"),
+        lambda store: store.take_back("a"),
+        lambda store: store.note("a", lambda path: None),
+    ],
+)
+def test_a_folder_that_takes_nothing_is_told(tmp_path: Path, act: Any) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    assert refused(act, MapStore(tmp_path / "file" / "maps")) == "map_not_stored"
+
+
+def test_a_mistyped_path_makes_no_folders(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["map", "back", str(tmp_path / "mpas" / "deep" / "a.map")]) == 2
+    assert "No such file" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_who_rename_at_once_give_no_two_maps_one_name(store: MapStore, tmp_path: Path) -> None:
+    wrong: list[str] = []
+
+    def rename(own: MapStore, id_: str) -> None:
+        try:
+            own.rename(id_, "mine")
+        except EditRefused as error:
+            wrong.append(error.reason)
+
+    threads = [
+        threading.Thread(target=rename, args=args)
+        for args in ((store, "a"), (MapStore(tmp_path), "b"))
+    ]
+    handle = os.open(tmp_path, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        for thread in threads:
+            thread.start()
+        threads[0].join(0.5)
+        assert all(thread.is_alive() for thread in threads)
+    finally:
+        os.close(handle)
+    for thread in threads:
+        thread.join(20.0)
+    assert wrong == ["map_name_taken"]
+    assert len({one.map.name for one in store.all() if one.map is not None}) == 2

@@ -5,13 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from gazechair.base.health import Health
+from gazechair.base.latest_value import Entry
 from gazechair.sensing.odometry import doubts
+from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
 from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.odometry.shown import shown
+from gazelink import codes
 from gazesim.homes import Home, Walker
 from gazesim.rooms import box
 
@@ -154,18 +160,35 @@ def test_people_who_walk_past_do_not_take_the_chair_along() -> None:
 
 @pytest.mark.parametrize("place_m", [-0.4, 0.5])
 def test_a_lidar_that_falls_silent_is_said_and_the_other_goes_on(place_m: float) -> None:
-    odometry = Odometry()
-    front = pieces(room(), still, 4.0)
-    rear = pieces(room(), still, 4.0, origin_m=place_m)
-    found = []
+    def pushed(time_s: float) -> tuple[float, float, float]:
+        return 0.3 * max(0.0, time_s - 4.0), 0.0, 0.0
+
+    odometry, health = Odometry(), Health("motion")
+    board = SimpleNamespace(state=codes.ARMED)
+    obeys = Obeys(health, lambda: board)  # type: ignore[arg-type, return-value]
+    front = pieces(room(), pushed, 6.0)
+    rear = pieces(room(), pushed, 6.0, origin_m=place_m)
+    said, reasons = [], []
     for one, other in zip(front, rear, strict=True):
         odometry.motion(Motion(one.middle_s, 0.0, 0, 0))
-        found.append(odometry.piece(one))
+        estimate = odometry.piece(one)
+        assert estimate is not None
+        obeys.judge(estimate)
+        said.append(estimate)
+        reasons.append(health.now().reason)
         if one.middle_s < 2.0:
             odometry.piece(replace(other, times_s=other.times_s + 0.01, lidar=1))
-    said = [one for one in found if one is not None]
-    assert 2.0 < first(said, doubts.LATE) < 2.8
-    assert math.hypot(said[-1].x_m, said[-1].y_m) < 0.01
+    assert 2.0 < first(said, doubts.SILENT) < 2.8
+    assert first(said, doubts.LATE) == math.inf
+    still_yet = [one for one in said if one.time_s < 4.0]
+    assert math.hypot(still_yet[-1].x_m, still_yet[-1].y_m) < 0.01
+    moved_m = 0.3 * (said[-1].time_s - 4.0)
+    assert math.hypot(said[-1].x_m - moved_m, said[-1].y_m) < 0.03
+    noticed = said[reasons.index("motion_uncommanded")].time_s
+    assert 4.0 < noticed < 4.5
+    told = shown(Entry(said[-1], said[-1].time_s, 1), said[-1].time_s)
+    assert told is not None
+    assert told["m_s"] == pytest.approx(0.3, abs=0.03)
 
 
 def test_scans_that_come_late_are_said() -> None:
@@ -178,6 +201,7 @@ def test_scans_that_come_late_are_said() -> None:
         assert estimate is not None
         found.append(estimate)
     assert 0.8 < first(found, doubts.LATE) < 1.3
+    assert first(found, doubts.SILENT) == math.inf
 
 
 def test_a_heading_that_passes_north_moves_nothing() -> None:

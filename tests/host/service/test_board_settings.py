@@ -1,12 +1,15 @@
-"""The board's settings from the command line: what is refused before a board is asked."""
+"""The board's settings from the command line: what is refused, and what a board has lost."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
+from fakeboard import FakeBoard
 from gazechair import cli
 from gazechair.service import board_settings
-from gazechair.service.board_settings import SettingsError, parse
+from gazechair.service.board_settings import BoardSettings, SettingsError, parse
+from gazelink.settings_table import index_of
 
 
 @pytest.mark.parametrize(
@@ -22,6 +25,23 @@ from gazechair.service.board_settings import SettingsError, parse
 def test_bad_words_are_refused_before_the_board_is_asked(name: str, text: str, reason: str) -> None:
     with pytest.raises(SettingsError, match=reason):
         parse(name, text)
+
+
+@pytest.mark.parametrize("restarts", [False, True])
+def test_defaults_that_a_board_lost_before_it_saved_are_not_called_saved(
+    restarts: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    board = FakeBoard()
+    linear, neutral = index_of("linear_permille"), index_of("neutral_turn_count")
+    board.values[linear], board.values[neutral] = 400, 172
+    board.saved = list(board.values)
+    board.restarts = restarts
+    link = nullcontext(BoardSettings(board))  # type: ignore[arg-type]
+    monkeypatch.setattr(board_settings, "connected", lambda _: link)
+    assert cli.main(["settings", "--defaults", "--save"]) == (2 if restarts else 0)
+    assert ("the board restarted" in capsys.readouterr().err) is restarts
+    assert board.saved[neutral] == 172
+    assert (board.saved[linear] == 400) is restarts
 
 
 def test_no_board_is_said_in_one_line(

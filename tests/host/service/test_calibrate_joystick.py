@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 
 import pytest
 
@@ -210,6 +210,34 @@ def test_while_somebody_is_about_to_drive_nothing_is_stored(board: MemoryBoard) 
     with pytest.raises(CalibrateError, match="driving is on"):
         calibration.run()
     assert (board.sets, board.saved) == (0, None)
+
+
+def test_nobody_arms_until_what_failed_is_set_back(board: MemoryBoard) -> None:
+    storing = False
+    while_storing = []
+
+    @contextmanager
+    def stored() -> Iterator[bool]:
+        nonlocal storing
+        storing = True
+        try:
+            yield True
+        finally:
+            storing = False
+
+    class Watched(MemoryBoard):
+        def set_neutral(self, index: int, value: int) -> None:
+            super().set_neutral(index, value)
+            while_storing.append(storing)
+
+    watched = Watched()
+    watched.unheard = _UNHEARD[0]
+    given = iter(["unplugged", "175", "ok", "ok", "save"])
+    with pytest.raises(type(_UNHEARD[0])):
+        JoystickCalibration(watched, print, lambda: next(given), storing=stored).run()
+    assert watched.counts == watched.saved == STORED
+    assert while_storing == [False, True, True, True, True]  # moved; set anew; set back
+    assert not storing
 
 
 def test_ctrl_c_gives_the_old_counts_back(board: MemoryBoard) -> None:

@@ -56,7 +56,7 @@ class Judged:
     wrong_choices: int = 0
     choices: int = 0
     late_s: float = 0.0
-    """The longest time from the last view of the leader to the end of requests."""
+    """The longest time from the last view of the leader to the end of a request."""
     stands_s: float = 0.0
     """The longest time from the last view of the leader until the chair stood."""
     ends: Counter[str] = field(default_factory=Counter)
@@ -264,7 +264,8 @@ class _Run:
         leader = (walk.leader.x_m, walk.leader.y_m)
         self._unseen_s = 0.0 if seen else self._unseen_s + _SCAN_S
         if said.request != STOP:
-            judged.late_s = max(judged.late_s, self._unseen_s)
+            # It is in force until the next scan.
+            judged.late_s = max(judged.late_s, self._unseen_s + _SCAN_S)
         elif (
             self._unseen_s and said.state is not State.NOBODY and self._chair.moves and self._chosen
         ):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import gazesetup
@@ -28,18 +31,37 @@ def measure(report: Report) -> None:
         tempfile.TemporaryDirectory(prefix="gazechair-") as name,
         Stack(micropython, home.ROOM, lidars=home.LIDARS, prepare=home.prepare) as stack,
     ):
-        before_s, begun_s = _taken_s(stack), time.monotonic()
+        ride = Ride(lambda: family(stack.pid("host")))
         try:
-            figures = home_check.check(stack, chromium, Path(name))
+            figures = home_check.check(stack, chromium, Path(name), ride)
         except CheckFailed as error:
             report.add("a ride in real processes: arrived", 0, "", 1, at_least=True)
             report.note(f"the ride in real processes: {error}")
             return
-        share = 100.0 * (_taken_s(stack) - before_s) / (time.monotonic() - begun_s)
     report.add("a ride in real processes: arrived", 1, "", 1, at_least=True)
-    report.add("  the host and all its parts: share of a core", share, "%", _SHARE)
+    report.add("  the host and all its parts: share of a core", 100.0 * ride.share, "%", _SHARE)
     report.add("  pressed again", figures["pressed_again"], "times")
 
 
-def _taken_s(stack: Stack) -> float:
-    return sum(cpu_s(pid) for pid in family(stack.pid("host")))
+class Ride:
+    """The time of a ride, and what these processes take of a core meanwhile."""
+
+    def __init__(self, pids: Callable[[], list[int]], clock: Callable[[], float] = time.monotonic):
+        self._pids, self._clock = pids, clock
+        self.share = math.nan
+
+    def __enter__(self) -> Ride:
+        self._begun_s, self._before_s = self._clock(), self._taken_s()
+        return self
+
+    def __exit__(self, *of_error: object) -> None:
+        """Of a process that has begun meanwhile, all counts; of one that has ended, nothing."""
+        taken_s = sum(s - self._before_s.get(pid, 0.0) for pid, s in self._taken_s().items())
+        self.share = taken_s / (self._clock() - self._begun_s)
+
+    def _taken_s(self) -> dict[int, float]:
+        found = {}
+        for pid in self._pids():
+            with contextlib.suppress(OSError):
+                found[pid] = cpu_s(pid)
+        return found

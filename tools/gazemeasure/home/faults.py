@@ -44,7 +44,7 @@ _BEGINS_S, _SECONDS = 15.0, 60.0
 _LOOK_S = 0.2
 
 _NOTICED_S = {BUMPED: 5.0, BUMPED_ONE: 5.0, GONE: 1.0, LATE: 1.0}
-_DOUBTS = {BUMPED: doubts.TURNED, BUMPED_ONE: doubts.TURNED, GONE: doubts.LATE, LATE: doubts.LATE}
+_DOUBTS = {BUMPED: doubts.TURNED, BUMPED_ONE: doubts.TURNED, GONE: doubts.SILENT, LATE: doubts.LATE}
 _SEEDS, _SEEDS_QUICK = range(60, 70), range(60, 61)
 
 Job = tuple[str, int]  # fault, seed

@@ -96,7 +96,7 @@ def measure(report: Report, quick: bool, each: Callable[..., list[Counted]]) -> 
         f"in a home that is not on the map ({len(elsewhere)}): claims", sum(elsewhere), "", 0.0
     )
     after_s = [one for each_home in done for one in each_home.after_s]
-    report.add("  after, 95 %", percentile(after_s, 0.95), "s", _GIVEN_S)
+    report.add("  after, 95 % of those found", percentile(after_s, 0.95), "s")
     lost_s = [one for each_home in done for one in each_home.lost_after_s]
     report.add(f"carried away ({len(lost_s)}): noticed, most", max(lost_s), "s", _NOTICED_S)
     crowded = [one for each_home in done for one in each_home.crowded]

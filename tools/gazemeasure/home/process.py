@@ -10,29 +10,38 @@ from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.obeys import Obeys
-from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.odometry import Estimate, Motion
 from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.service import OdometryService
 from gazemeasure.growth import Holding, cpu_s, slope_per_hour
-from gazemeasure.report import Report
+from gazemeasure.report import Report, percentile
+from gazemeasure.stalls import StallProbe
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, Drive
 
 _SECONDS, _SECONDS_QUICK = 120.0, 8.0
 _STARTS_S = 30.0
 _SHARE, _MOST_MB = 25.0, 200.0
+_AGE_S, _LEAST_HZ = 0.15, 10.0
 _WARM_S, _LOOK_S = 30.0, 1.0
 _HOME = 2
 
 
 def measure(report: Report, quick: bool, per_turn: int) -> None:
-    """Add the rows: share of a core, memory and its growth."""
+    """Add the rows: share of a core, memory and its growth, number and ages of the estimates.
+
+    An estimate's age counts from its measurements until the daemon has it.
+    """
     seconds = _SECONDS_QUICK if quick else _SECONDS
     events = list(Drive(home_plans.home(_HOME), _HOME, (FRONT,), per_turn).events(seconds))
     lidar = LidarConfig(kind="s2", x_m=FRONT.x_m)
     service = OdometryService((lidar,), Health("odometry"), Obeys(Health("motion"), lambda: None))
-    heard: list[float] = []
-    service.subscribe(lambda estimate: heard.append(time.monotonic() - estimate.time_s))
+    heard: list[tuple[float, float]] = []  # when it was measured, and when it came
+
+    def hear(estimate: Estimate) -> None:
+        heard.append((estimate.time_s, time.monotonic()))
+
+    service.subscribe(hear)
     service.start()
     try:
         first = next(event for event in events if not isinstance(event, Motion))
@@ -44,23 +53,33 @@ def measure(report: Report, quick: bool, per_turn: int) -> None:
         holding, before_s = Holding(), cpu_s(service.pid)
         holding.look(service.pid, 0.0)
         heard.clear()
-        begin_s = time.monotonic()
-        next_s = 0.0
-        for event in events:
-            at_s = event.time_s if isinstance(event, Motion) else event.times_s[-1]
-            time.sleep(max(0.0, begin_s + at_s - time.monotonic()))
-            _send(service, event, begin_s)
-            if time.monotonic() - begin_s > next_s:
-                holding.look(service.pid, time.monotonic() - begin_s)
-                next_s += _LOOK_S
+        with StallProbe() as probe:
+            begin_s = time.monotonic()
+            next_s = 0.0
+            for event in events:
+                at_s = event.time_s if isinstance(event, Motion) else event.times_s[-1]
+                time.sleep(max(0.0, begin_s + at_s - time.monotonic()))
+                _send(service, event, begin_s)
+                if time.monotonic() - begin_s > next_s:
+                    holding.look(service.pid, time.monotonic() - begin_s)
+                    next_s += _LOOK_S
         passed_s = time.monotonic() - begin_s
         core = 100.0 * (cpu_s(service.pid) - before_s) / passed_s
         report.add("odometry's process, a dense lidar: share of a core", core, "%", _SHARE)
         holding.look(service.pid, passed_s)
         add_memory(report, holding.memory_mb)
-        report.add("  estimates a second", len(heard) / passed_s, "")
+        report.add("  estimates a second", len(heard) / passed_s, "", _LEAST_HZ, at_least=True)
+        _add_ages(report, heard, probe)
     finally:
         service.stop()
+
+
+def _add_ages(report: Report, heard: list[tuple[float, float]], probe: StallProbe) -> None:
+    good = [(measured, came) for measured, came in heard if not probe.stalled(measured, came)]
+    ages_s = [came - measured for measured, came in good]
+    report.add("  age of an estimate, 95 %", percentile(ages_s, 0.95), "s", _AGE_S)
+    dropped = len(heard) - len(good)
+    report.note(f"({dropped} of {len(heard)} ages overlap a stall of the machine: dropped)")
 
 
 def add_memory(report: Report, memory_mb: list[tuple[float, float]]) -> None:

@@ -26,7 +26,7 @@ from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.odometry.odometry import Estimate
 from gazemeasure.home.localization import is_right, look
 from gazemeasure.home.maps import WALLS_M, surfaces_off_m
-from gazemeasure.report import Report
+from gazemeasure.report import Report, percentile
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, REAR
 from gazesim.home_routes import Pose, Router
@@ -42,6 +42,7 @@ _PLACED_M = 0.05  # a piece is mapped this near to its sides
 _APART_M = 0.15  # a cell this far from every surface is not of the home
 _KEY_SIGMAS = np.array((0.005, 0.005, math.radians(0.1)))
 _PERSON_M, _PEOPLE, _ASIDE_M = 0.15, 5, (0.55, 1.5)
+_LEAST_GONE, _LEAST_FOUND = 40.0, 80.0  # percent of cells, of homes
 _ODOMETRY = 0.01  # error as a share of distance and turn
 
 
@@ -77,13 +78,13 @@ def measure(report: Report, quick: bool, each: Callable[..., list[Kept]]) -> Non
         "m",
         WALLS_M,
     )
-    added = np.concatenate([one.added_off_m for one in done])
-    if len(added):
-        report.add("  what was added, 95 %", float(np.percentile(added, 95)), "m", WALLS_M)
-    gone = 100.0 * (1.0 - sum(one.left for one in done) / max(1, sum(one.old for one in done)))
-    report.add("  moved furniture: gone where it was", gone, "%")
+    added = np.concatenate([one.added_off_m for one in done]).tolist()
+    report.add("  what was added, 95 %", percentile(added, 0.95), "m", WALLS_M)
+    old, left = sum(one.old for one in done), sum(one.left for one in done)
+    gone = 100.0 * (1.0 - left / old) if old else math.nan
+    report.add("  moved furniture: gone where it was", gone, "%", _LEAST_GONE, at_least=True)
     found = 100.0 * sum(one.new > 0 for one in done) / len(done)
-    report.add("  homes with some of it where it is", found, "%")
+    report.add("  homes with some of it where it is", found, "%", _LEAST_FOUND, at_least=True)
     report.add("  cells of people who stood", float(sum(one.nothing for one in done)), "", 0.0)
     report.add("  cells changed after one drive", float(sum(one.early for one in done)), "", 0.0)
     report.add("  confidently wrong meanwhile", float(sum(one.wrong for one in done)), "", 0.0)

@@ -52,6 +52,7 @@ class MapDesk:
         one = entry.value
         return {
             "map": one.map,
+            "version": self._store.version(one.map),
             "x": round(one.x_m, 3),
             "y": round(one.y_m, 3),
             "heading": round(one.heading_deg, 1),

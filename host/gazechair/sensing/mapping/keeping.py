@@ -46,6 +46,7 @@ class Keeping:
         self._noted_s: dict[str, float] = {}  # when the newest drive was, by map
         self._ahead_s: dict[str, float] = {}  # since when that time is in the future by the clock
         self._odometry: FloatArray | None = None  # at the newest look that counts
+        self._too_large: set[str] = set()  # maps that the log has named
 
     def unsure(self) -> None:
         """The pose is unknown or in doubt: discard the newest looks, too."""
@@ -81,6 +82,10 @@ class Keeping:
     def _begin(self, id_: str, grid: OccupancyGrid, now_s: float) -> None:
         self._next_s = now_s + _STORED_S
         if grid.hits.size > _MOST_CELLS:
+            if id_ not in self._too_large:
+                self._too_large.add(id_)
+                line = "map %s is not kept current: it has %d cells, more than %d"
+                log.warning(line, id_, grid.hits.size, _MOST_CELLS)
             return
         before = load_ledger(self._store.ledger_path(id_), grid)
         if self._apart(id_, before.drive_s, now_s):
@@ -122,6 +127,6 @@ class Keeping:
             self._upkeep = self._grid = None
             self._store.note(self._id, updated[1].save)
             return True
-        except (OSError, EditRefused) as error:
+        except EditRefused as error:
             log.warning("the map is not kept current: %s", error)
             return False

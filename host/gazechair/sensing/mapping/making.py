@@ -12,14 +12,16 @@ from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between, compose, rotation
 from gazechair.sensing.mapping.building.mapper import KEY_M, KEY_RAD, STEP_SIGMA_M, KeyScan, Mapper
 from gazechair.sensing.mapping.building.mirrors import without_mirrored
-from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
+from gazechair.sensing.mapping.building.occupancy_grid import CELL_M, box_m, occupancy_of
 from gazechair.sensing.mapping.locating.looks import Looks
-from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.home_map import MOST_CELLS, HomeMap
 
 BROKEN = "broken"  # carried, or odometry started again: later scans do not fit
-FULL = "full"
+FULL = "making_full"  # too many key scans, or too large for a map
 SILENT = "silent"  # no scans from the lidars at the moment
 _MOST_KEYS = 3000
+_MOST_M2 = 10_000.0  # localization takes memory for each square metre
+_BORDER_M = 0.5
 _NEIGHBOUR_M = 0.2
 
 
@@ -33,6 +35,8 @@ class Making:
         self._along_m2 = 0.0
         self._odometry: FloatArray = np.zeros(3)  # at the newest key scan
         self._pose: FloatArray = np.zeros(3)
+        self._low_m: FloatArray = np.full(2, math.inf)  # of what has been seen
+        self._high_m: FloatArray = -self._low_m
         self.doubt = ""
 
     @property
@@ -47,7 +51,7 @@ class Making:
             self._track = track
         if track != self._track:
             self.doubt = BROKEN
-        elif len(self.keys) >= _MOST_KEYS:
+        elif len(self.keys) >= _MOST_KEYS or self._area_m2() >= _MOST_M2:
             self.doubt = FULL
         if self.doubt:
             return False
@@ -69,7 +73,13 @@ class Making:
         if taken:
             self._along_m2, self._odometry = along_m2, pose
             self._pose = self.keys[-1].pose
+            low_m, high_m = box_m(self.keys[-1:])
+            self._low_m = np.minimum(self._low_m, low_m)
+            self._high_m = np.maximum(self._high_m, high_m)
         return taken
+
+    def _area_m2(self) -> float:
+        return float(np.prod(self._high_m - self._low_m)) if self.keys else 0.0
 
     def as_json(self) -> dict[str, Any]:
         """Progress, as plain JSON values."""
@@ -100,13 +110,22 @@ class Making:
         for key in self.keys:
             key.pose = compose(upright, key.pose)
         track = np.array([key.pose for key in self.keys])
-        grid = occupancy_of(self.keys)
+        cell_m = self._cell_m()
+        grid = occupancy_of(self.keys, cell_m)
         if grid.occupied.any():
-            grid = occupancy_of(without_mirrored(self.keys, grid))
+            grid = occupancy_of(without_mirrored(self.keys, grid), cell_m)
         if not grid.occupied.any():
             raise ValueError("too little was seen to make a map of")
         made = datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
         return HomeMap(name, grid, made, track)
+
+    def _cell_m(self) -> float:
+        """Size of the map's cells: larger if, closed and upright, it would have too many."""
+        low_m, high_m = box_m(self.keys)
+        cell_m = CELL_M
+        while float(np.prod((high_m - low_m + _BORDER_M) / cell_m)) > MOST_CELLS:
+            cell_m *= 2.0
+        return cell_m
 
 
 def _slant(points_m: FloatArray, heading_rad: float) -> float:

@@ -16,7 +16,8 @@ DIFFERS = "heading_differs"  # the lidars see another turn than the sensor repor
 LITTLE = "little_seen"  # an empty hall, or all is blind
 CORRIDOR = "corridor"  # the surfaces do not determine the position in one direction
 CHANGED = "changed"  # many surfaces are not where they were: people, or moved furniture
-LATE = "scans_late"  # a lidar has stopped sending, or sends too late
+LATE = "scans_late"  # the newest scans are old
+SILENT = "lidar_silent"  # a lidar has stopped sending, or sends too late; another goes on
 PUSHED = "pushed"  # moves without a command
 STUCK = "stuck"  # does not move on a command
 CARRIED = "carried"  # moves sideways, as no wheelchair does
@@ -33,6 +34,7 @@ _LASTS_S = {
     CORRIDOR: 0.2,
     CHANGED: 0.3,
     LATE: 0.3,
+    SILENT: 0.3,
     PUSHED: 0.1,
     STUCK: 0.1,
     CARRIED: 0.3,
@@ -88,8 +90,10 @@ class Seen:
     """The slowest speed of a full command, as learned for this chair; 0 or less: not known."""
     heading_off_deg: float
     """Recent difference between the turn seen by the lidars and that of the heading sensor."""
-    silent_s: float
-    """Longest silence of any lidar, or lateness of its scans, beyond 0.2 s."""
+    late: bool
+    """This piece is older than the board's reports by more than the limit."""
+    silent: bool
+    """Another lidar has sent nothing usable for longer than that before this piece."""
     turned: bool
     """See mounting."""
 
@@ -155,8 +159,10 @@ def _now(seen: Seen, least: tuple[float, ...]) -> Iterable[str]:
         yield DIFFERS
     if seen.matched < _MATCHED:
         yield CHANGED
-    if seen.silent_s > 0.0:
+    if seen.late:
         yield LATE
+    if seen.silent:
+        yield SILENT
     if abs(seen.sideways_m_s) > _SIDEWAYS_M_S:
         yield CARRIED
     if seen.outputs is None or seen.matched < _MATCHED:

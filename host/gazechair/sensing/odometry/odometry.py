@@ -45,7 +45,7 @@ _DIFFERS_RAD_S = math.radians(20.0)
 _ERROR_S, _FOLLOWED_S, _MATCHED = 0.3, 1.0, 0.5
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
 _SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # sideways slip of a chair, and its duration
-_SILENT_S = 0.2  # a lidar
+_SILENT_S = 0.2  # of a lidar, or age of its scans
 _GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
 _STOOD_M_S = 0.03
 _STANDS_S = 0.3  # the motion within this time shows whether it stands
@@ -210,7 +210,8 @@ class Odometry:
             self._reports.outputs(at_s),
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
-            max(0.0, self._reports.newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
+            self._reports.newest_s(at_s) - at_s > _SILENT_S,
+            at_s - min(self._heard_s.values()) > _SILENT_S,
             self._is_turned(piece.lidar, found, yaw, judges, fitted.old_or_turned),
         )
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from gazechair.board.state import BoardState
-from gazechair.service.board_settings import SettingsError, may_be_done, parse
+from gazechair.service.board_settings import DRIVING, SettingsError, may_be_done, parse
 from gazechair.service.calibrate.errors import CalibrateError
 from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
@@ -20,7 +20,6 @@ _CHANNELS = (("neutral_linear_count", "linear", 1), ("neutral_turn_count", "turn
 _READ_BACK_S = 3.0
 _SETTLED_S = 0.05  # the board calls a wrong read-back a fault after a few ticks
 _POLL_S = 0.01
-_DRIVING = "driving is on; switch it off first (Rijden uit)"
 
 
 class Board(Protocol):
@@ -78,35 +77,38 @@ class JoystickCalibration:
         self._counts = list(before)
         self._confirm_unplugged()
         saving = saved = False
-        try:
-            for channel in range(len(_CHANNELS)):
-                self._adjust(channel)
-            self._say(f"linear {self._counts[0]}, turn {self._counts[1]}: type 'save' to keep them")
-            if self._answer("save") != "save":
-                raise CalibrateError("not saved; the counts are as before", "neutral_not_saved")
-            with self._storing() as nobody_drives:
-                if not nobody_drives:
-                    raise CalibrateError(_DRIVING, "board_armed")
+        # Nobody arms from the storing until what failed is set back.
+        with contextlib.ExitStack() as storing:
+            try:
+                for channel in range(len(_CHANNELS)):
+                    self._adjust(channel)
+                self._say(
+                    f"linear {self._counts[0]}, turn {self._counts[1]}: type 'save' to keep them"
+                )
+                if self._answer("save") != "save":
+                    raise CalibrateError("not saved; the counts are as before", "neutral_not_saved")
+                if not storing.enter_context(self._storing()):
+                    raise CalibrateError(DRIVING, "board_armed")
                 # Straight before the save: whatever else was asked of the board meanwhile.
                 counts = _indexed(self._counts)
                 for index, count in counts.items():
                     self._set(index, count)
                 saving = True
                 self._board.save(counts)
-            saved = True
-        except SettingsError as error:
-            saving = saving and may_be_done(error)
-            raise
-        finally:
-            if self._changed and not saved:
-                # Counts that nobody has measured are not saved: they would count as calibrated.
-                self._restore(before, saving and calibrated)
+                saved = True
+            except SettingsError as error:
+                saving = saving and may_be_done(error)
+                raise
+            finally:
+                if self._changed and not saved:
+                    # Counts that nobody has measured are not saved: they would count as calibrated.
+                    self._restore(before, saving and calibrated)
         self._say("saved; measure both pins against pin 3 once more before the DB9 is plugged in")
 
     def _check_state(self) -> BoardState:
         state = self._state()
         if state.state != codes.DISARMED:
-            raise CalibrateError(_DRIVING, "board_armed")
+            raise CalibrateError(DRIVING, "board_armed")
         self._check_read_back(state)
         return state
 

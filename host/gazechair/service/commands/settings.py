@@ -21,15 +21,20 @@ def add(commands: Any) -> None:
 
 def _settings(options: argparse.Namespace) -> int:
     from gazechair.service import board_settings
+    from gazelink.settings_table import TABLE
 
     changes = [board_settings.parse(name, text) for name, text in options.set or ()]
+    new: dict[int, int] = {}
+    if options.defaults:  # all but the joystick's neutral
+        rows = enumerate(TABLE)
+        new = {index: row[1] for index, row in rows if not row[0].startswith("neutral_")}
     with board_settings.connected(options.port) as board:
         if options.defaults:
             board.defaults()
         for index, value in changes:
             board.set(index, value)
         if options.save:
-            board.save(dict(changes))
+            board.save(new | dict(changes))
         if options.save_heading:
             board.save_heading()
         print(board_settings.as_text(board.all()))

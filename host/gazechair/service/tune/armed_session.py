@@ -12,6 +12,7 @@ from typing import Protocol
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardId, BoardState
+from gazechair.service.board_settings import DRIVING
 from gazechair.service.tune import StoppedError, TuneError
 from gazelink import codes
 
@@ -86,7 +87,7 @@ class ArmedSession:
     def _arm(self) -> None:
         state = self._state()
         if state.state != codes.DISARMED:
-            raise TuneError("driving is on; switch it off first (Rijden uit)", "board_armed")
+            raise TuneError(DRIVING, "board_armed")
         if state.arm_reason:
             text = "the board is not ready: {reason}; see gazechair doctor"
             raise TuneError(text, "board_not_ready", reason=state.arm_reason_name)

@@ -43,7 +43,7 @@ class ForwardStore:
             if row is None:
                 return None
             numbers = ForwardNumbers(**{key: float(value) for key, value in row.items()})
-        except (OSError, ValueError, TypeError, AttributeError) as error:
+        except (OSError, ValueError, TypeError, AttributeError, OverflowError) as error:
             log.error("%s: %s; steps forward last as set", self._path, error)
             return None
         most_ms = TABLE[index_of("step_forward_ms")][3]

@@ -155,7 +155,11 @@ def test_a_step_goes_as_far_in_another_profile(tmp_path: Path) -> None:
     assert store.step_ms(2, 600, 300) is None
 
 
-@pytest.mark.parametrize("damaged", ["5", '{"full_m_s": "x"}', '{"other": 1}'])
+@pytest.mark.parametrize(
+    "damaged",
+    ["5", '{"full_m_s": "x"}', f'{{"full_m_s": {10**309}}}', '{"other": 1}'],
+    ids=["number", "text", "large", "other"],
+)
 def test_a_damaged_profile_costs_no_other_its_numbers(tmp_path: Path, damaged: str) -> None:
     store, file = ForwardStore(tmp_path), tmp_path / "forward.json"
     store.keep("3.1", NUMBERS)

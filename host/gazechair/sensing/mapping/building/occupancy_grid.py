@@ -27,6 +27,7 @@ _MIDDLE = 0.35  # in cells, from a cell's centre
 _LEAST_HITS = 2
 _OCCUPIED_SHARE = 0.25
 _BORDER = 4  # cells
+_SAME_CELL = 1e-5  # of its size: exports of ROS round it
 _STOOD_M = 0.25  # around the drive axle's middle: no beam of a lidar in front passes there
 
 
@@ -64,7 +65,8 @@ class OccupancyGrid:
 
     def is_copy_of(self, other: OccupancyGrid) -> bool:
         """Whether the same floor is free in both, as in a grid and its export (see ros_map)."""
-        if self.hits.shape != other.hits.shape or not math.isclose(self.cell_m, other.cell_m):
+        cells_m = self.cell_m, other.cell_m
+        if self.hits.shape != other.hits.shape or not math.isclose(*cells_m, rel_tol=_SAME_CELL):
             return False
         near = np.allclose(self.low_m, other.low_m, atol=0.1 * self.cell_m)
         return near and np.array_equal(self.free, other.free)
@@ -74,18 +76,26 @@ class OccupancyGrid:
         return np.asarray((np.argwhere(self.occupied) + 0.5) * self.cell_m + self.low_m)
 
 
+def box_m(keys: Iterable[KeyScan]) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest (x, y) of what a grid of these key scans shows. Needs at least one."""
+    corners = []
+    for key in keys:
+        stood = key.pose[:2]
+        parts = np.concatenate((*_in_map(key), (stood - _STOOD_M, stood + _STOOD_M)))
+        corners += [parts.min(axis=0), parts.max(axis=0)]
+    return np.min(corners, axis=0), np.max(corners, axis=0)
+
+
 def occupancy_of(keys: Iterable[KeyScan], cell_m: float = CELL_M) -> OccupancyGrid:
     """The grid of key scans at the poses they have now. ValueError without any point."""
     keys = list(keys)
     scans = [_in_map(key) for key in keys]
-    ends = np.concatenate([end for _, end in scans]) if scans else np.zeros((0, 2))
-    if not len(ends):
+    if not any(len(end) for _, end in scans):
         raise ValueError("no lidar points to make a map of")
     stood = np.array([key.pose[:2] for key in keys])
-    around = [stood - _STOOD_M, stood + _STOOD_M]
-    everything = np.concatenate([ends, *(start for start, _ in scans), *around])
-    low = np.floor(everything.min(axis=0) / cell_m).astype(np.int64) - _BORDER
-    shape = np.floor(everything.max(axis=0) / cell_m).astype(np.int64) + _BORDER + 1 - low
+    low_m, high_m = box_m(keys)
+    low = np.floor(low_m / cell_m).astype(np.int64) - _BORDER
+    shape = np.floor(high_m / cell_m).astype(np.int64) + _BORDER + 1 - low
     hits, passes = (np.zeros(int(shape.prod()), dtype=np.uint16) for _ in range(2))
     depth = int(shape[1])
     side = np.arange(-_STOOD_M, _STOOD_M, cell_m)
@@ -100,7 +110,8 @@ def occupancy_of(keys: Iterable[KeyScan], cell_m: float = CELL_M) -> OccupancyGr
         passed = np.unique(np.concatenate((beams, here[:, 0] * depth + here[:, 1])))
         passes[np.setdiff1d(passed, hit, assume_unique=True)] += 1
     grid = tuple(shape.tolist())
-    return OccupancyGrid(cell_m, low * cell_m, hits.reshape(grid), passes.reshape(grid))
+    corner_m = np.asarray(low * cell_m, dtype=np.float64)
+    return OccupancyGrid(cell_m, corner_m, hits.reshape(grid), passes.reshape(grid))
 
 
 def _in_map(key: KeyScan) -> tuple[FloatArray, FloatArray]:

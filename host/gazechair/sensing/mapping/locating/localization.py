@@ -15,8 +15,9 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between, compose, from_frame
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.locating.candidate import Candidate, far_of, is_only
 from gazechair.sensing.mapping.locating.hold import Hold
-from gazechair.sensing.mapping.locating.map_match import Agreement, Evidence, Look, MapMatch
+from gazechair.sensing.mapping.locating.map_match import Evidence, Look, MapMatch
 from gazechair.sensing.mapping.locating.recent_looks import CELL_M, RecentLooks, Settled
 from gazechair.sensing.mapping.locating.uncertainty import (
     FOUND_M,
@@ -36,16 +37,7 @@ _LEAST, _RATIO, _APART_M = 0.15, 0.7, 0.4
 _CANDIDATES = 40
 _KEPT = 12  # candidates, for the next look
 _SAME_M, _SAME_RAD = 0.12, math.radians(4.0)
-# A pose that counts.
-_AGREED_M = 4.0
-# Contradictions come from moved furniture: metres, plus a share of what is agreed; less where
-# little is agreed, as that comes from people, who contradict nothing.
-_CONTRADICTED_M, _CONTRADICTED, _MOST_AGREED = 0.1, 0.3, 0.8
-# Of surfaces beyond this distance, which people close by hide less, a larger share must agree: else
-# it is another home.
-_FAR_M, _FAR_AGREED = 2.0, 0.7
-# Required lead over every other pose: metres, plus a share of what it does not explain.
-_LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
+# A pose that counts, see also candidate.py.
 _FIRM = 0.03  # information across over along: less is a corridor without an end
 _LOOK_M, _LOOK_RAD = 0.25, math.radians(9.0)  # least motion of the chair between two looks
 _AGAIN_S = 0.5  # least time between looks at standstill
@@ -81,27 +73,6 @@ class Location:
     sigma_rad: float
 
 
-@dataclass(frozen=True)
-class _Candidate:
-    """A pose that may be the chair's."""
-
-    frame: FloatArray
-    """Pose of odometry's frame in the map."""
-    fitted: ndt.Fit
-    agreement: Agreement
-    far_agreed: float
-    """Share of the surfaces that are not close to the chair, 0..1."""
-
-
-@dataclass(frozen=True)
-class _Claim:
-    """The evidence by which a pose was found."""
-
-    settled: Settled
-    odometry: FloatArray
-    candidate: _Candidate
-
-
 class Localization:
     """Feed it looks with the odometry's pose at each; `location` is None while it is not known."""
 
@@ -111,7 +82,7 @@ class Localization:
         self._newest: tuple[FloatArray, float] | None = None  # look: odometry's pose, time
         self._compared = 0  # how often since the start
         self._kept: list[FloatArray] = []  # frames of candidates
-        self._claim: _Claim | None = None
+        self._claim: Candidate | None = None  # by which a pose was found
         self._confirmed = 0  # how often in a row
         self._odometry: FloatArray = np.zeros(3)
         self._hold = Hold(np.zeros(3), np.zeros(3))
@@ -171,7 +142,7 @@ class Localization:
         if claim is None:
             return False
         rivals = other._candidates(claim.settled, claim.odometry, True)
-        return not all(_leads(claim.candidate, one) for one in rivals)
+        return not all(claim.leads(one) for one in rivals)
 
     def _forget_looks(self) -> None:
         self._looks.forget()
@@ -195,24 +166,24 @@ class Localization:
         self.searched = self._compared % _EVERY == 0 or not self._kept
         self._compared += 1
         candidates = self._candidates(settled, odometry, self.searched)
-        if not candidates or not _is_only(candidates):
+        if not candidates or not is_only(candidates):
             self._claim, self._confirmed = None, 0
             return
         best = candidates[0]
         agrees = self._claim is not None and _is_at(
-            compose(self._claim.candidate.frame, odometry), best.fitted.pose
+            compose(self._claim.frame, odometry), best.fitted.pose
         )
         self._confirmed = self._confirmed + 1 if agrees else 1
-        self._claim = _Claim(settled, odometry, best)
+        self._claim = best
         if self._confirmed >= _CONFIRMED:
-            location = self._located(best, settled, odometry)
+            location = self._located(best)
             if location.sigma_m > FOUND_M:
                 return
             self.location = location
             self._hold = Hold(best.fitted.pose, odometry)
             self._forget_looks()
 
-    def _candidates(self, settled: Settled, odometry: FloatArray, whole: bool) -> list[_Candidate]:
+    def _candidates(self, settled: Settled, odometry: FloatArray, whole: bool) -> list[Candidate]:
         """Distinct poses, best first: those kept and, if `whole`, others found in the whole map."""
         field = self._map.coarse
         points = from_frame(settled.surfaces_m, odometry)
@@ -223,28 +194,25 @@ class Localization:
             found = search(field, few, field.low_m, field.high_m, _HEADINGS_RAD, *least)
             guesses += [one.pose for one in found]
         back = between(odometry, np.zeros(3))
-        far = np.hypot(*points.T) > _FAR_M
         fits = []
         for guess in guesses:
             fitted = ndt.fit(self._map.ndt, points, guess, origins_m=np.zeros(2))
             soft, firm = np.linalg.eigvalsh(fitted.information[:2, :2])
             if soft > _FIRM * firm and self._map.near_free_floor(fitted.pose):
                 frame = compose(fitted.pose, back)
-                agreement = self._map.agreement(settled, frame)
-                far_agreed = float(agreement.agreed[far].mean()) if far.any() else 1.0
-                fits.append(_Candidate(frame, fitted, agreement, far_agreed))
-        chosen: list[_Candidate] = []
+                fits.append(Candidate(self._map, settled, odometry, frame, fitted))
+        chosen: list[Candidate] = []
         for one in sorted(fits, key=lambda one: -one.agreement.value_m):
             if not any(_is_same(one.fitted.pose, other.fitted.pose) for other in chosen):
                 chosen.append(one)
         self._kept = [one.frame for one in chosen[:_KEPT]]
         return chosen
 
-    def _located(self, one: _Candidate, settled: Settled, odometry: FloatArray) -> Location:
+    def _located(self, one: Candidate) -> Location:
         agreement = one.agreement
         whole_m = CELL_M * len(agreement.agreed)
         shares = agreement.agreed_m / whole_m, agreement.contradicted_m / whole_m
-        points = from_frame(settled.surfaces_m, odometry)
+        points = from_frame(one.settled.surfaces_m, one.odometry)
         return self._location(one.fitted, Evidence(*shares), Look(points, np.zeros(2)))
 
     def _location(
@@ -334,7 +302,7 @@ class Localization:
         settled = self._looks.settled(_RECENT)
         if settled is None:
             return True
-        far = np.hypot(*(settled.surfaces_m - odometry[:2]).T) > _FAR_M
+        far = far_of(settled, odometry)
         if CELL_M * far.sum() < _LEAST_FAR_M:
             return True
         frame = compose(pose, between(odometry, np.zeros(3)))
@@ -353,11 +321,11 @@ class Localization:
             return None
         candidates = self._candidates(settled, odometry, True)
         here = next((one for one in candidates if _is_at(one.fitted.pose, pose)), None)
-        if here is None or not _is_possible(here, _STILL_M):
+        if here is None or not here.is_possible(_STILL_M):
             return None
-        if any(_leads(one, here) for one in candidates):
+        if any(one.leads(here) for one in candidates):
             return None
-        return self._located(here, settled, odometry)
+        return self._located(here)
 
 
 def _is_apart(one: FloatArray, other: FloatArray) -> bool:
@@ -376,25 +344,3 @@ def _is_at(one: FloatArray, other: FloatArray) -> bool:
 def _is_within(one: FloatArray, other: FloatArray, most_m: float, most_rad: float) -> bool:
     off = between(one, other)
     return math.hypot(off[0], off[1]) < most_m and abs(float(off[2])) < most_rad
-
-
-def _is_only(candidates: list[_Candidate]) -> bool:
-    """Whether the first may be the chair's pose, and none of the others."""
-    best = candidates[0]
-    return _is_possible(best) and all(_leads(best, other) for other in candidates[1:])
-
-
-def _is_possible(one: _Candidate, least_m: float = _AGREED_M) -> bool:
-    agreement = one.agreement
-    share = min(1.0, float(agreement.agreed.mean()) / _MOST_AGREED)
-    limit_m = _CONTRADICTED_M + _CONTRADICTED * share**2 * agreement.agreed_m
-    far = one.far_agreed >= _FAR_AGREED
-    return far and agreement.agreed_m >= least_m and agreement.contradicted_m <= limit_m
-
-
-def _leads(best: _Candidate, other: _Candidate) -> bool:
-    """Whether the chair is far more likely at `best` than at `other`."""
-    agreement = best.agreement
-    unexplained_m = CELL_M * len(agreement.agreed) - agreement.agreed_m
-    least_m = _LEAD_M + _LEAD_OF_UNEXPLAINED * unexplained_m
-    return agreement.value_m - other.agreement.value_m >= least_m

@@ -31,6 +31,8 @@ _FURNITURE_M = 0.5  # from the middle of a piece to the floor beside it
 _SHORT_M = 0.25  # the last part of a beam contradicts nothing
 _CLOSE_CELL_M, _CLOSE_M = 0.025, 0.06  # a surface this close to a known one is agreed
 _PART_M = 0.05
+# Straight: within a band, in one of these directions.
+_BAND_M, _DIRECTIONS_RAD = 0.1, np.radians(np.arange(0.0, 180.0, 5.0))
 _NEAR = math.exp(-0.5)  # of a field whose sigma is _NEAR_M, or _CLOSE_M
 
 
@@ -143,6 +145,30 @@ class MapMatch:
         agreed = np.asarray(self._close.at(0, self._close.cells(placed)) >= _NEAR)
         seen_free = settled.is_free(from_frame(self._surfaces_m, frame))
         return Agreement(agreed, CELL_M * int(seen_free.sum()))
+
+    def new_straight_m(self, settled: Settled, agreement: Agreement, frame: FloatArray) -> float:
+        """Length of the longest straight surface that stands where the map has free floor."""
+        new = to_frame(settled.surfaces_m[~agreement.agreed], frame)
+        cells = np.floor((new - self._grid.low_m) / self._grid.cell_m).astype(np.int64)
+        inside = np.asarray(((cells >= 0) & (cells < self._free.shape)).all(axis=1))
+        i, j = np.where(inside[:, None], cells, 0).T
+        new = new[inside & self._free[i, j]]
+        return max((_straight_m(new, one) for one in _DIRECTIONS_RAD), default=0.0)
+
+
+def _straight_m(points_m: FloatArray, direction_rad: float) -> float:
+    """Length of what lies in one band along a direction, in cells; bands overlap by half."""
+    if not len(points_m):
+        return 0.0
+    c, s = math.cos(direction_rad), math.sin(direction_rad)
+    along = np.floor(points_m @ (c, s) / CELL_M).astype(np.int64)
+    across = points_m @ (-s, c) / _BAND_M
+    longest = 0
+    for shift in (0.0, 0.5):
+        band = np.floor(across + shift).astype(np.int64)
+        each = np.unique(np.stack((band - band.min(), along), axis=1), axis=0)
+        longest = max(longest, int(np.bincount(each[:, 0]).max()))
+    return CELL_M * longest
 
 
 def _parts(cell_m: float) -> FloatArray:

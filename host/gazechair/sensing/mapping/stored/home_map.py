@@ -64,6 +64,8 @@ class HomeMap:
 
     def save(self, path: Path) -> None:
         """Replace the file as a whole, on the disk when this returns. Raises MapError."""
+        if self.grid.hits.size > MOST_CELLS:
+            raise MapError(f"{path}: {self.grid.hits.size} cells are too many ({MOST_CELLS})")
         header = {
             "name": self.name,
             "made": self.made,

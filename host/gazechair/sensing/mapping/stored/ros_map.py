@@ -61,7 +61,7 @@ def files_of(home: HomeMap) -> dict[str, bytes]:
     grey[grid.free], grey[grid.occupied] = _FREE, _OCCUPIED
     x_m, y_m = grid.low_m.tolist()
     yaml = (
-        f"image: map.pgm\nmode: trinary\nresolution: {grid.cell_m:g}\n"
+        f"image: map.pgm\nmode: trinary\nresolution: {grid.cell_m}\n"
         f"origin: [{x_m:.4f}, {y_m:.4f}, 0]\nnegate: 0\n"
         f"occupied_thresh: {_OCCUPIED_THRESH}\nfree_thresh: {_FREE_THRESH}\n"
     )

@@ -14,6 +14,7 @@ import os
 import re
 import secrets
 import threading
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -83,17 +84,22 @@ class MapStore:
         """The map with that id; None: there is none."""
         return next((one for one in self.all() if one.id == id_), None)
 
+    def version(self, id_: str) -> int:
+        """Another number after each change of the map's file; 0: it is gone. Never waits."""
+        try:
+            return zlib.crc32(repr(_facts(self.folder / (id_ + _SUFFIX))).encode())
+        except OSError:
+            return 0
+
     def path_of_new(self) -> Path:
         """Path for saving a newly made map."""
         return self.folder / f"{secrets.token_hex(4)}{_SUFFIX}"
 
-    def check_name(self, text: Any, but: str = "") -> str:
-        """`text` as a valid name, unused by maps other than `but`. Raises EditRefused."""
-        name = name_of(text)
-        others = [one for one in self.all() if one.id != but]
-        if any(one.map is not None and same_name(one.map.name, name) for one in others):
-            raise EditRefused("map_name_taken", f"there is a map {name} already")
-        if len(others) >= self.MOST:
+    def check_name(self, text: Any) -> str:
+        """`text` as a valid name for another map. Raises EditRefused."""
+        stored = self.all()
+        name = _unused(text, stored)
+        if len(stored) >= self.MOST:
             raise _full()
         return name
 
@@ -108,25 +114,26 @@ class MapStore:
             raise EditRefused("map_name", line)
         if path.stem in _TAKEN_IDS:
             raise EditRefused("map_name", f"{path}: it can't be shown under this name; use another")
-        try:
-            with self._locked():
-                stored = self._all()
-                if len(stored) >= self.MOST:
-                    raise _full()
-                others = [one.map for one in stored if one.map is not None]
-                same = next((one for one in others if one.grid.is_copy_of(home.grid)), None)
-                if same is not None:
-                    raise EditRefused("map_known", f"this map is stored already: {same.name}")
-                name = free_name(home.name, [one.name for one in others])
-                replace(home, name=name).save(path)
-        except (OSError, MapError) as error:
-            raise EditRefused("map_not_stored", str(error)) from None
+        with self._locked(make=True):
+            stored = self._all()
+            if len(stored) >= self.MOST:
+                raise _full()
+            others = [one.map for one in stored if one.map is not None]
+            same = next((one for one in others if one.grid.is_copy_of(home.grid)), None)
+            if same is not None:
+                raise EditRefused("map_known", f"this map is stored already: {same.name}")
+            name = free_name(home.name, [one.name for one in others])
+            replace(home, name=name).save(path)
         return path.stem
 
     def rename(self, id_: str, text: Any) -> None:
         """Change the map's name. Raises EditRefused."""
-        name = self.check_name(text, but=id_)
-        self._change(id_, lambda home: replace(home, name=name))
+
+        def renamed(home: HomeMap) -> HomeMap:
+            others = [one for one in self._all() if one.id != id_]
+            return replace(home, name=_unused(text, others))
+
+        self._change(id_, renamed)
 
     def draw(self, id_: str, act: str, value: Any) -> None:
         """Do one of ACTS on what people drew on the map. Raises EditRefused."""
@@ -141,18 +148,15 @@ class MapStore:
 
     def delete(self, id_: str) -> None:
         """Delete a map with its earlier and its damaged versions. Raises EditRefused."""
-        if self.get(id_) is None:
-            raise _gone(id_)
         with self._locked():
-            try:
-                paths = [self.ledger_path(id_), *self._of_older(id_)]
-                damaged = self.folder.glob(f"{id_}{_DAMAGED}*")
-                paths += [one for one in damaged if one.is_file()]
-                paths += [self.folder / (id_ + suffix) for suffix in (_BEFORE, _SUFFIX)]
-                for path in paths:
-                    path.unlink(missing_ok=True)
-            except OSError as error:
-                raise EditRefused("map_not_stored", f"not deleted: {error.strerror}") from None
+            if all(one.id != id_ for one in self._all()):
+                raise _gone(id_)
+            paths = [self.ledger_path(id_), *self._of_older(id_)]
+            damaged = self.folder.glob(f"{id_}{_DAMAGED}*")
+            paths += [one for one in damaged if one.is_file()]
+            paths += [self.folder / (id_ + suffix) for suffix in (_BEFORE, _SUFFIX)]
+            for path in paths:
+                path.unlink(missing_ok=True)
 
     def update(self, id_: str, was: OccupancyGrid, grid: OccupancyGrid, when: str) -> bool:
         """Replace the map's grid by one from later drives; False: it is no longer `was`.
@@ -188,11 +192,15 @@ class MapStore:
 
         done = self._change(id_, earlier)
         for path in used:
-            path.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # it is passed over the next time
+                path.unlink()
         return done
 
     def note(self, id_: str, save: Callable[[Path], None]) -> None:
-        """Call `save` with the path of the map's ledger, unless the map is gone. Raises OSError."""
+        """Call `save` with the path of the map's ledger, unless the map is gone.
+
+        Raises EditRefused.
+        """
         with self._locked():
             if (self.folder / (id_ + _SUFFIX)).exists():
                 save(self.ledger_path(id_))
@@ -235,19 +243,27 @@ class MapStore:
         _link(path, self.folder / _OLDER / f"{path.stem}.{max(numbers, default=0) + 1}")
 
     @contextlib.contextmanager
-    def _locked(self) -> Iterator[None]:
+    def _locked(self, make: bool = False) -> Iterator[None]:
         """Exclusive access across threads and processes, as mapping's process changes maps, too.
 
-        Readers do not wait for other processes.
+        Readers do not wait for other processes. `make`: the folder, if there is none. What the disk
+        refuses within is an EditRefused.
         """
-        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        handle = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX)
-            with self._lock:
-                yield
-        finally:
-            os.close(handle)
+            if make:
+                self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            handle = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX)
+                with self._lock:
+                    yield
+            finally:
+                os.close(handle)
+        except OSError as error:
+            line = f"{error.filename or self.folder}: {error.strerror}"
+            raise EditRefused("map_not_stored", line) from None
+        except MapError as error:
+            raise EditRefused("map_not_stored", str(error)) from None
 
     def _all(self) -> list[Stored]:
         found: dict[str, tuple[_Facts, Stored]] = {}
@@ -275,26 +291,20 @@ class MapStore:
             changed = act(stored.map)
             if changed is None:
                 return False
-            try:
-                done = self._older(id_)
-                for one in self._numbered(id_):
-                    if one not in done:
-                        one.unlink()
-                keep(path.with_suffix(_BEFORE) if stored.problem else path)
-                if stored.problem:
-                    _link(path, path.with_suffix(_DAMAGED))
-                else:
-                    _keep(path)
-                changed.save(path)
-            except OSError as error:
-                raise EditRefused("map_not_stored", f"not stored: {error.strerror}") from None
-            except MapError as error:
-                raise EditRefused("map_not_stored", str(error)) from None
+            done = self._older(id_)
+            for one in self._numbered(id_):
+                if one not in done:
+                    one.unlink()
+            keep(path.with_suffix(_BEFORE) if stored.problem else path)
+            if stored.problem:
+                _link(path, path.with_suffix(_DAMAGED))
+            else:
+                _keep(path)
+            changed.save(path)
         return True
 
     def _one(self, path: Path) -> tuple[_Facts, Stored]:
-        facts = path.stat()
-        key = facts.st_mtime_ns, facts.st_size, facts.st_ino
+        key = _facts(path)
         known = self._read.get(path.stem)
         if known is not None and known[0] == key:
             return known
@@ -323,6 +333,12 @@ ACTS = {
 }
 
 
+def _facts(path: Path) -> _Facts:
+    """Facts that differ after the file is replaced. Raises OSError."""
+    found = path.stat()
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
 def _inode(path: Path) -> int | None:
     try:
         return path.stat().st_ino
@@ -341,6 +357,14 @@ def _link(path: Path, other: Path) -> None:
     if path.is_file():  # a folder in its place is set aside when the file is written
         other.unlink(missing_ok=True)
         os.link(path, other)
+
+
+def _unused(text: Any, others: list[Stored]) -> str:
+    """`text` as a valid name that none of `others` has. Raises EditRefused."""
+    name = name_of(text)
+    if any(one.map is not None and same_name(one.map.name, name) for one in others):
+        raise EditRefused("map_name_taken", f"there is a map {name} already")
+    return name
 
 
 def _full() -> EditRefused:

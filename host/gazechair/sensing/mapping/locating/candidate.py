@@ -1,0 +1,85 @@
+"""A pose that may be the chair's: what the static surfaces around the chair say for and against it.
+
+Contradictions come from moved furniture: metres, plus a share of what is agreed; less where little
+is agreed, as that comes from people, who contradict nothing. A long straight surface where the map
+has free floor is no person, and hardly furniture: it contradicts as well, and counts twice, since
+it hides what the map has behind it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.mapping.locating.map_match import Agreement, MapMatch
+from gazechair.sensing.mapping.locating.recent_looks import CELL_M, Settled
+from gazechair.sensing.mapping.matching import ndt
+
+_AGREED_M = 4.0
+_CONTRADICTED_M, _CONTRADICTED, _MOST_AGREED = 0.1, 0.3, 0.8
+# A straight surface that is not on the map: this much may be anything; the rest counts so often.
+_STRAIGHT_M, _STRAIGHT_COUNTS = 0.8, 2.0
+# Of surfaces beyond this distance, which people close by hide less, a larger share must agree: else
+# it is another home.
+_FAR_M, _FAR_AGREED = 2.0, 0.7
+# Required lead over every other pose: metres, plus a share of what it does not explain.
+_LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A fitted pose and what was seen, static, around the chair."""
+
+    known: MapMatch
+    settled: Settled
+    odometry: FloatArray
+    """The chair's pose in the frame of `settled`, which is odometry's."""
+    frame: FloatArray
+    """Pose of odometry's frame in the map."""
+    fitted: ndt.Fit
+
+    @cached_property
+    def agreement(self) -> Agreement:
+        """Agreement with the map here."""
+        return self.known.agreement(self.settled, self.frame)
+
+    @cached_property
+    def far_agreed(self) -> float:
+        """Share of the surfaces that are not close to the chair, 0..1."""
+        far = far_of(self.settled, self.odometry)
+        return float(self.agreement.agreed[far].mean()) if far.any() else 1.0
+
+    @cached_property
+    def _against_m(self) -> float:
+        straight_m = self.known.new_straight_m(self.settled, self.agreement, self.frame)
+        against_m = _STRAIGHT_COUNTS * max(0.0, straight_m - _STRAIGHT_M)
+        return self.agreement.contradicted_m + against_m
+
+    def is_possible(self, least_m: float = _AGREED_M) -> bool:
+        """Whether the chair may be here; `least_m`: length that agrees at least."""
+        agreed, agreed_m = self.agreement.agreed, self.agreement.agreed_m
+        if self.far_agreed < _FAR_AGREED or agreed_m < least_m:
+            return False
+        share = min(1.0, float(agreed.mean()) / _MOST_AGREED)
+        return self._against_m <= _CONTRADICTED_M + _CONTRADICTED * share**2 * agreed_m
+
+    def leads(self, other: Candidate) -> bool:
+        """Whether the chair is far more likely here than at the other."""
+        agreement = self.agreement
+        unexplained_m = CELL_M * len(agreement.agreed) - agreement.agreed_m
+        least_m = _LEAD_M + _LEAD_OF_UNEXPLAINED * unexplained_m
+        return agreement.value_m - other.agreement.value_m >= least_m
+
+
+def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
+    """(N,): which surfaces are not close to the chair."""
+    return np.asarray(np.hypot(*(settled.surfaces_m - odometry[:2]).T) > _FAR_M)
+
+
+def is_only(candidates: list[Candidate]) -> bool:
+    """Whether the first may be the chair's pose, and none of the others."""
+    best = candidates[0]
+    return best.is_possible() and all(best.leads(other) for other in candidates[1:])
