@@ -123,7 +123,7 @@ class Control:
 
     def stopped_s(self) -> float:
         """When anyone last sent a stop of any kind, monotonic s."""
-        return self._arbiter.stopped_s
+        return self._arbiter.stops.newest_s
 
     def owned(self) -> bool:
         """True while a page drives, or has just asked to."""
