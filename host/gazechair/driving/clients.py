@@ -24,17 +24,15 @@ class Stops:
     """When clients last sent a stop of any kind, connected or not; monotonic seconds."""
 
     def __init__(self) -> None:
-        self.newest_s = 0.0
-        """Anyone's newest."""
-        self._newest_by = 0
+        self._newest_s, self._newest_by = 0.0, 0
         self._before_s = 0.0  # the newest of everybody else
 
     def sent(self, client: int, now_s: float) -> None:
         """`client` has sent a stop."""
         if client != self._newest_by:
-            self._before_s, self._newest_by = self.newest_s, client
-        self.newest_s = now_s
+            self._before_s, self._newest_by = self._newest_s, client
+        self._newest_s = now_s
 
     def of_others_s(self, client: int) -> float:
-        """The newest of anyone but `client`, whose own messages arrive in order."""
-        return self._before_s if client == self._newest_by else self.newest_s
+        """The newest of anyone but `client`, whose own messages arrive in order; 0: anyone's."""
+        return self._before_s if client == self._newest_by else self._newest_s
