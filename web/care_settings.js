@@ -19,6 +19,11 @@ function row(strings, name, field, value, changed) {
   label.className = "row";
   label.addEventListener("input", () => (label.dataset.begun = "true"));
   label.addEventListener("change", () => delete label.dataset.begun);
+  label.addEventListener("focusout", () => {
+    delete label.dataset.begun; // put back as it was: no change
+    // Later, as this row may be about to go.
+    queueMicrotask(() => label.newest && label.replaceWith(label.newest));
+  });
   const word = document.createElement("span");
   const [, unit, scale] = unitOf(name);
   word.textContent = (strings.label(name) ?? name) + (unit && ` (${unit})`);
@@ -57,7 +62,10 @@ function draw(root, whose, rows) {
   if (!same) return root.replaceChildren(...rows);
   const old = [...root.children];
   const name = root.contains(document.activeElement) && document.activeElement.name;
-  rows.forEach((one, at) => old[at].dataset.begun || old[at].replaceWith(one));
+  rows.forEach((one, at) => {
+    if (old[at].dataset.begun) old[at].newest = one;
+    else old[at].replaceWith(one);
+  });
   if (name) root.querySelector(`[name="${name}"]`).focus();
 }
 

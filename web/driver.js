@@ -30,17 +30,14 @@ const AFTER = { continuous: "step", step: "more", more: "continuous" };
 
 const profiles = await loadProfiles();
 const strings = await loadStrings(chosenLanguage(location.search, profiles.current.language));
-const body = document.body;
+const { dataset } = document.body;
 
 strings.fill("title");
 message(byId("lost-words"), strings.label("lost_title"), strings.message("link_lost"));
 const menu = new LateMenu(strings, profiles, {
   changed: (fields) => change({ save: { id: profiles.current.id, ...fields } }),
   choose: (id) => change({ choose: id }),
-  practice() {
-    practice.toggle();
-    open("drive");
-  },
+  practice: () => [practice.toggle(), open("drive")],
   eyes: () => eyes.begin(),
   closed: () => open("drive"),
   shown: () => measure(),
@@ -86,15 +83,15 @@ const acts = {
     if (socket.sendFresh("arm")) hint.asked(performance.now());
   },
   mode() {
-    const next = AFTER[body.dataset.mode];
+    const next = AFTER[dataset.mode];
     setMode(next === "more" && !plugins.more ? "continuous" : next);
   },
   async menu() {
     if (!(await menu.show("main"))) notice("refused", "part_missing");
-    else if (body.dataset.state === "disarmed") open("menu");
+    else if (dataset.state === "disarmed") open("menu");
   },
-  help: () => pressHelp((on) => socket.send("call", { on }) || notice("refused", "no_answer")),
-  back: () => body.dataset.view === "menu" && menu.back(),
+  help: pressHelp((on) => socket.send("call", { on }) || notice("refused", "no_answer")),
+  back: () => dataset.view === "menu" && menu.back(),
 };
 for (let at = 1; at <= 5; at += 1) acts[`tile-${at}`] = () => menu.act(at);
 
@@ -145,7 +142,7 @@ const plugins = new Plugins(strings, {
   tone: (shape) => tones.play(shape),
   open,
   dwellMs: () => profiles.current.button_dwell_ms,
-  gone: () => body.dataset.mode === "more" && setMode(profiles.current.mode),
+  gone: () => dataset.mode === "more" && setMode(profiles.current.mode),
 });
 
 const socket = new ControlSocket({
@@ -167,15 +164,15 @@ const receivers = {
   },
   state(news, now) {
     state = news;
-    if (news.profile !== undefined && news.profile !== profiles.revision) reload();
+    if ((news.profile ?? profiles.revision) !== profiles.revision) reload();
     showState(news, now);
     showLate(news, strings);
     stopSeen.update(news.stops, now);
   },
-  refused(refusal) {
-    if (refusal.what === "arm") hint.answered();
-    notice(refusal.what === "arm" ? "arm_refused" : "refused", refusal.reason);
-    console.warn(`${refusal.what} refused: ${refusal.detail}`);
+  refused({ what, reason, detail }) {
+    if (what === "arm") hint.answered();
+    notice(what === "arm" ? "arm_refused" : "refused", reason);
+    console.warn(`${what} refused: ${detail}`);
   },
 };
 
@@ -184,12 +181,12 @@ function showState(news, now) {
   const armed = practice.on ? practice.armed : news.state === "armed" && news.you;
   const shown = practice.on ? (armed ? "armed" : "disarmed") : news.state;
   targets.setArmed(armed, now);
-  if (!armed || targets.holding || news.auto?.[0]) autoOff.used(now);
+  if (!armed || targets.holding || news.auto?.[0]) used();
   if (practice.on && news.you) socket.send("disarm"); // armed while practice began
-  if (body.dataset.state !== shown) {
+  if (dataset.state !== shown) {
     if (shown === "armed") tones.play("armed");
-    if (armed && /menu|eyes/.test(body.dataset.view)) open("drive");
-    if ([shown, body.dataset.state].includes("disarmed")) armWordsMs = now;
+    if (armed && /menu|eyes/.test(dataset.view)) open("drive");
+    if ([shown, dataset.state].includes("disarmed")) armWordsMs = now;
     setData("state", shown);
     measure();
   }
@@ -207,7 +204,7 @@ function showState(news, now) {
 
 function tell(now) {
   if (state === null && socket.alive) return;
-  const news = state && { ...state, state: body.dataset.state };
+  const news = state && { ...state, state: dataset.state };
   const words = plugins.sentence(sentence(news, socket.alive, practice.on), state);
   if (told.say(words, now)) measure();
 }
@@ -222,7 +219,7 @@ function ended() {
 function setMode(mode) {
   const now = performance.now();
   targets.setMode(mode, now);
-  if (mode !== body.dataset.mode) targets.replaced(now, false);
+  if (mode !== dataset.mode) targets.replaced(now, false);
   setData("mode", mode);
   setText("menu-state", strings.label(mode));
   measure();
@@ -255,7 +252,10 @@ async function change(wish) {
 
 /** Takes over others' changes while this page does not drive. */
 async function reload() {
-  if (!drives() && (await profiles.reload(() => !drives()))) applyProfile();
+  if (drives() || !(await profiles.reload(() => !drives()))) return;
+  // A tile may now mean something else.
+  if (dataset.view === "menu") open("menu");
+  applyProfile();
 }
 
 /** Takes over the chosen profile; another language reloads the page. */
@@ -270,7 +270,7 @@ function applyProfile() {
   tones.on = mine.tones;
   for (const name of ["tones", "contrast", "mirrored"]) setData(name, mine[name]);
   setMode(mine.mode);
-  if (body.dataset.view === "menu") menu.show();
+  if (dataset.view === "menu") menu.show();
   scan.configure(mine);
 }
 
@@ -291,7 +291,7 @@ setInterval(() => {
     switchOff();
   }
   targets.tick(now);
-  if (targets.holding) autoOff.used(now);
+  if (targets.holding) used();
   else if (autoOff.leftMs(now) <= 0) switchOff();
   for (const part of [socket, picture, told, stopSeen, eyes, scan]) part.tick(now);
   facts.ages(socket.alive ? socket.ageMs(now) : null, picture.ageMs(now), now);

@@ -20,5 +20,6 @@ export function showHelp({ call = false, coming = false, heard }, strings) {
   setText("help-state", coming ? "" : strings.label(hears));
 }
 
-/** A press of it; `send(on)`: whether help is needed. A double tap is one press. */
-export const pressHelp = (send) => performance.now() - calledMs < WORDS_MS || send(!called);
+/** A press of it, for the words `since` then; `send(on)`: help is needed. Two taps are one. */
+export const pressHelp = (send) => (since) =>
+  since < calledMs || performance.now() - calledMs < WORDS_MS || send(!called);

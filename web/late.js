@@ -1,14 +1,16 @@
 // Parts of the driver's page that show optional data from the host.
 
+import { fetchPart } from "./wanted.js";
+
 /** Optional data, and the parts that show it from then on. */
-const PARTS = { where: "./small_map.js", assist: "./assist_sign.js" };
+const PARTS = { where: "small_map", assist: "assist_sign" };
 const coming = {};
 
 /** `news`: the host's state. */
 export function show(news, strings) {
   for (const [name, file] of Object.entries(PARTS)) {
     const told = news[name];
-    if (told) coming[name] ??= import(file).catch(() => null);
-    coming[name]?.then((part) => part?.show(told, strings, news));
+    if (told) coming[name] ??= fetchPart(file);
+    coming[name]?.then((part) => part.show(told, strings, news));
   }
 }

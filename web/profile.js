@@ -33,14 +33,14 @@ export class Profiles {
 
   /**
    * Reloads them, once at a time; keeps the present ones when the host does not answer, or when
-   * `wanted` returns false by then. Returns whether it took them.
+   * `wanted` returns false by then. Returns whether it took new ones.
    */
   async reload(wanted = () => true) {
     if (this.#reloading) return false;
     this.#reloading = true;
     const table = await ask({ cache: "no-store" });
     this.#reloading = false;
-    if (!table.profiles || !wanted()) return false;
+    if (!table.profiles || table.revision === this.revision || !wanted()) return false;
     this.#table = table;
     return true;
   }

@@ -7,11 +7,11 @@ const RETRY_MS = 2000;
 const missing = new Set();
 
 /** Loads a part, retrying until that succeeds; `more` loads what else it needs. */
-async function fetchPart(name, more = () => {}) {
+export async function fetchPart(name, more) {
   for (;;) {
     try {
       const part = await import(`./${name}.js`);
-      await more(part);
+      await more?.(part);
       missing.delete(name);
       return part;
     } catch (error) {
@@ -147,15 +147,15 @@ export class Plugins {
   sentence(told, state) {
     if (state) this.part?.rides(state);
     const said = this.part?.sentence(told, state?.token) ?? told;
-    const lacks = missing.size > 0 && said.level === "ok";
+    const lacks = missing.size && said.level === "ok";
     return lacks ? { ...said, level: "wait", key: "part_missing" } : said;
   }
 }
 
-let late = null;
+let late;
 
 /** Shows optional data; the page works without it. */
 export function showLate(news, strings) {
-  if (news.where || news.assist) late ??= tryPart("late");
-  late?.then((part) => part?.show(news, strings));
+  if (news.where || news.assist) late ??= fetchPart("late");
+  late?.then((part) => part.show(news, strings));
 }

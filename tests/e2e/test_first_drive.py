@@ -197,6 +197,36 @@ def test_what_moves_ends_with_the_held_button(how: str, after_ms: int) -> None:
     assert rig.guide.due is None
 
 
+@pytest.mark.parametrize("own", [False, True])
+def test_a_step_pressed_before_somebody_elses_stop_never_begins(own: bool) -> None:
+    rig = FirstDriveRig()
+    rig.ready()
+    orders: list[int] = []
+    send = rig.link.order
+
+    def record(action: int, owner: int) -> None:
+        orders.append(action)
+        send(action, owner)
+
+    rig.link.order = record  # type: ignore[method-assign]
+    token = rig.steering.token()
+    rig.run(80)
+    if own:  # sent before the press, as one connection keeps the order
+        rig.control.receive(rig.caretaker.client, {"k": "stop"})
+    else:
+        rig.control.receive(rig.driver.client, {"k": "stop"})
+        rig.run(10)
+        rig.control.receive(rig.caretaker.client, {"k": "stop"})
+    rig.run(20)
+    step = {"k": "step", "step": "tune", "held": True, "edge": 1, "token": token, "since": 0}
+    refusals = rig.control.receive(rig.caretaker.client, step)
+    assert [one["reason"] for one in refusals] == ([] if own else ["first_hold"])
+    assert (rig.guide.due is not None) == own
+    if not own:
+        rig.run(300)
+        assert codes.ARM not in orders
+
+
 def test_it_refuses_with_the_reason() -> None:
     rig = FirstDriveRig()
     assert rig.rows()["tune"]["refused"] == "not_connected"

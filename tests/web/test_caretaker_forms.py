@@ -79,6 +79,29 @@ def test_what_is_typed_stays_when_the_host_answers(caretaker, host):
     assert caretaker.page.evaluate("document.activeElement.name") == "dwell_ms"
 
 
+@pytest.mark.parametrize("meanwhile", [False, True])
+def test_what_is_put_back_is_no_edit(caretaker, host, meanwhile):
+    tab(caretaker, "settings", "#profiles .row")
+    field = caretaker.page.locator("[name=dwell_ms]")
+    name = caretaker.page.locator("[name=name]")
+    field.press("End")
+    field.press_sequentially("7")
+
+    def changes():
+        host.profiles.change({"save": {"id": "1", "dwell_ms": 900, "name": "Piet"}}, True)
+        caretaker.state()
+        wait_until(lambda: name.input_value() == "Piet", "the name")
+
+    if meanwhile:
+        changes()
+    field.press("Backspace")
+    field.press("Tab")
+    if not meanwhile:
+        changes()
+    wait_until(lambda: field.input_value() == "0.9", "what is in force")
+    assert host.posted == []
+
+
 def test_people_are_made_chosen_tuned_and_deleted(caretaker, host):
     tab(caretaker, "settings", "#profiles .row")
     caretaker.page.locator("#profiles button").first.click()

@@ -97,6 +97,19 @@ def test_help_that_is_coming_is_no_longer_needed_by_the_same_button(driver):
     assert driver.heard("call") == [{"k": "call", "on": False}]
 
 
+@pytest.mark.parametrize("coming", [True, False])
+def test_a_look_at_help_means_the_words_at_its_beginning(driver, coming):
+    driver.state(**OFF, coming=coming)
+    driver.advance(600)
+    driver.advance(300, look="help")
+    driver.state(coming=not coming)
+    driver.advance(900, look="help")
+    assert driver.heard("call") == []
+    driver.advance(300, look=(0.5, 0.66))
+    driver.advance(1100, look="help")
+    assert driver.heard("call") == [{"k": "call", "on": coming}]
+
+
 def test_a_double_tap_on_help_is_one_call(driver):
     driver.page.locator("#help").click()
     driver.state(call=True)

@@ -169,6 +169,46 @@ def test_a_profile_that_comes_after_arming_is_not_taken(driver, host):
     wait_until(lambda: driver.data("contrast") == "night", "the change arrives")
 
 
+def test_a_look_at_a_person_does_not_choose_the_next_one(menu, host):
+    """A caretaker chooses while the driver looks at the tile, whose meaning changes."""
+    for name in ("Jan", "Piet"):
+        host.profiles.change({"create": name}, True)
+    host.profiles.change({"choose": "1"}, True)
+    menu.state()
+    menu.takes_profiles()
+    menu.advance(1200, look="tile-5")
+    host.profiles.change({"choose": "2"}, True)
+    menu.state()
+    menu.takes_profiles()
+    menu.advance(900, look="tile-5")
+    assert host.profiles.chosen()["name"] == "Jan"
+    menu.advance(300, look=(0.5, 0.66))
+    menu.advance(2200, look="tile-5")
+    wait_until(lambda: host.profiles.chosen()["name"] == "Piet", "the choice")
+
+
+def test_the_next_tile_can_be_looked_at_right_after_ones_own_choice(menu, host):
+    """The host's state with the new revision arrives before its answer to the choice."""
+    held = {}
+
+    def hold(route):
+        held[route.request.method] = route, route.fetch()
+
+    menu.page.route("**/profiles", hold)
+    choose(menu, "tile-4")  # looks
+    choose(menu, "tile-1")  # the contrast
+    menu.wait_until(lambda: "POST" in held, "the choice")
+    menu.state()
+    menu.wait_until(lambda: "GET" in held, "the page to ask")
+    for method in ("POST", "GET"):
+        route, response = held[method]
+        route.fulfill(response=response)
+        menu.answered() if method == "GET" else menu.page.evaluate("true")
+    menu.page.unroute("**/profiles")
+    menu.advance(2200, look="tile-4")  # the tones
+    wait_until(lambda: not host.profiles.chosen()["tones"], "the next choice")
+
+
 def test_what_a_caretaker_tunes_arrives_without_a_reload(driver, host):
     driver.state(**OFF)
     host.profiles.change({"save": {"id": "1", "contrast": "night"}}, True)

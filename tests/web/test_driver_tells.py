@@ -235,6 +235,24 @@ def test_assist_is_shown_on_vooruit_and_when_it_steers(driver):
     assert driver.page.locator("#forward").bounding_box() == place
 
 
+@pytest.mark.parametrize("file", ["late.js", "assist_sign.js"])
+def test_assist_that_does_not_load_is_told_and_fetched_again(driver, file):
+    page = driver.page
+    page.route(f"**/{file}", lambda route: route.abort())
+    told = {"assist": [True, True]}
+    driver.wait_until(
+        lambda: driver.state(**told) or driver.advance(100) or "geladen" in driver.text("#status"),
+        "what is missing",
+    )
+    page.unroute(f"**/{file}")
+    driver.wait_until(
+        lambda: driver.advance(500) or page.locator("#assist-sign").count(), "the sign"
+    )
+    wait_until(
+        lambda: driver.state(**told) or driver.text("#assist-sign") == "Rijhulp stuurt mee", "it"
+    )
+
+
 def test_the_picture_is_drawn_and_then_acknowledged(driver, host):
     assert driver.data("picture") == "none"
     host.show(picture(640, 360), 7)

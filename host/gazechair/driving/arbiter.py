@@ -13,7 +13,7 @@ import math
 from dataclasses import replace
 
 from gazechair.board.board_commands import Bypass, Command
-from gazechair.driving.clients import ROLES, Client
+from gazechair.driving.clients import ROLES, Client, Stops
 from gazechair.driving.help_call import HelpCall
 from gazechair.driving.messages import (
     DISARM,
@@ -57,9 +57,8 @@ class Arbiter:
         self.ttl_s = 0.0
         """How long a command lives, as reported by the board; nothing moves before that."""
         self.help = HelpCall()
-        self.stopped_s = 0.0
-        """When anyone last sent a stop of any kind."""
-        self._stopped_by, self._emergency_s = 0, 0.0
+        self.stops = Stops()
+        self._emergency_s = 0.0
         self.tokens = Tokens(first_token)
         self._bypass = Presses(last_edge)
         self._clients: dict[int, Client] = {}
@@ -192,7 +191,7 @@ class Arbiter:
         if isinstance(message, Call):
             return self.help.receive(page.role, message, now_s)
         if message in (STOP, DISARM, EMERGENCY):
-            self.stopped_s, self._stopped_by = now_s, client
+            self.stops.sent(client, now_s)
         if message is STOP:
             self._press.drop()
         elif message is LET_GO:
@@ -324,7 +323,7 @@ class Arbiter:
             return self._refuse_once(what, page, wish.edge, reason)
         proven_s = self.tokens.proven_s(wish.proof, now_s)
         deadline_s = proven_s + min(self.ttl_s, wish.life_s)
-        if new and proven_s < self.stopped_s and client != self._stopped_by:
+        if new and proven_s < self.stops.of_others_s(client):
             alive = False  # pressed before somebody's stop, but delayed on its way
         elif isinstance(wish, UseMode):
             alive = self._drive_by(client, page, wish, deadline_s, new, now_s)

@@ -121,9 +121,9 @@ class Control:
         with self._lock:
             return self._arbiter.press_number()
 
-    def stopped_s(self) -> float:
-        """When anyone last sent a stop of any kind, monotonic s."""
-        return self._arbiter.stopped_s
+    def stopped_s(self, but: int = 0) -> float:
+        """When anyone except the client `but` last sent a stop of any kind, monotonic s."""
+        return self._arbiter.stops.of_others_s(but)
 
     def owned(self) -> bool:
         """True while a page drives, or has just asked to."""

@@ -17,6 +17,8 @@ from gazechair.driving.press import Presses
 from gazechair.service.tune.armed_session import Link
 from gazelink import codes
 
+_KEEPS_S = 0.3  # a proof of holding is valid this long, the same as on the board
+
 
 class Pressed(Enum):
     """What a message of a pressed button means."""
@@ -30,28 +32,29 @@ class Held:
     """Thread-safe. Times are monotonic seconds."""
 
     def __init__(
-        self, link: Link, clock: Callable[[], float], stopped_s: Callable[[], float]
+        self, link: Link, clock: Callable[[], float], stopped_s: Callable[[int], float]
     ) -> None:
-        """`stopped_s`: when a page or an input last sent a stop."""
+        """`stopped_s`: when a page or an input, except this client, last sent a stop."""
         self._link = link
         self._clock = clock
         self._stopped_s = stopped_s
-        self._began_s = 0.0
+        self._began_s = 0.0  # proven, not received: a stop may have overtaken it
         self._lock = threading.Lock()
         self._presses = Presses(0)
         self._moved = False  # by the newest press
         self.cap_permille = 1000
         """Limit for all outputs that pass."""
 
-    def press(self, client: int, edge: int, deadline_s: float) -> Pressed:
-        """The button is pressed, proven until `deadline_s`."""
+    def press(self, client: int, edge: int, proven_s: float) -> Pressed:
+        """The button is pressed, as proven at `proven_s`."""
+        deadline_s = proven_s + _KEEPS_S
         with self._lock:
             if not self._presses.is_new(client, edge):
                 self._presses.refresh(client, edge, deadline_s)
                 return Pressed.BEFORE
             if self._lasts():
                 return Pressed.IN_VAIN
-            self._began_s = self._clock()
+            self._began_s = proven_s
             self._moved = False
             self._presses.begin(client, edge, deadline_s)
             return Pressed.ANEW
@@ -83,7 +86,8 @@ class Held:
         held = self._presses.now
         if held is None or not held.alive:
             return False
-        if self._clock() < held.deadline_s and self._stopped_s() < self._began_s:
+        stopped_s = self._stopped_s(held.client)
+        if self._clock() < held.deadline_s and stopped_s < self._began_s:
             return True
         self._end()
         return False

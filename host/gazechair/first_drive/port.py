@@ -20,7 +20,6 @@ _ONE_AT_A_TIME = (*_ARMS, "cap")  # and the beginning of a step
 _MEANWHILE = "a caretaker is setting up the chair"
 _STORING = "settings of the chair are being stored; try again"
 _FULL_PERMILLE = 1000
-_KEEPS_S = 0.3  # a proof of holding is valid this long, the same as on the board
 
 
 class FirstDrivePort(RelayingPort):
@@ -76,7 +75,7 @@ class FirstDrivePort(RelayingPort):
         proven_s = self._control.proven_s(press.proof)
         if proven_s is None:
             return Refusal("step", "stale_token", "the held button was too long on its way")
-        pressed = self._guide.held.press(client, press.edge, proven_s + _KEEPS_S)
+        pressed = self._guide.held.press(client, press.edge, proven_s)
         if pressed is Pressed.IN_VAIN:
             return Refusal("step", "first_busy", "somebody else holds a step's button")
         if pressed is Pressed.ANEW:

@@ -35,6 +35,7 @@ class AnyOrder(RuleBasedStateMachine):
         self.seen: set[tuple[int, int]] = set()  # presses (page, edge) made so far
         self.dead: set[tuple[int, int]] = set()  # those that may never move again
         self.proof: dict[tuple[int, int], float] = {}  # newest fresh proof of holding
+        self.stopped_s: dict[int, float] = {}  # newest stop of each page
         self.edge = 0
 
     def kill_all(self) -> None:
@@ -49,19 +50,28 @@ class AnyOrder(RuleBasedStateMachine):
     def beats(self, who: int) -> None:
         self.scene.beat(self.pages[who])
 
-    @rule(who=st.integers(0, 3), new=st.booleans(), mode=st.sampled_from([0, 1]))
-    def drives(self, who: int, new: bool, mode: int) -> None:
+    @rule(
+        who=st.integers(0, 3),
+        new=st.booleans(),
+        mode=st.sampled_from([0, 1]),
+        age_ms=st.one_of(st.just(0), st.integers(0, 250)),
+    )
+    def drives(self, who: int, new: bool, mode: int, age_ms: int = 0) -> None:
         self.edge += new
         if self.edge == 0:
             return
         page = self.pages[who]
         press = (page, self.edge)
+        proven_s = self.scene.now_s - age_ms / 1000
+        others_s = [stop_s for other, stop_s in self.stopped_s.items() if other != page]
+        if press not in self.seen and max(others_s, default=0.0) > proven_s + 1e-6:
+            self.dead.add(press)  # pressed before somebody's stop
         self.seen.add(press)
         owner = self.scene.arbiter.owner
-        self.scene.drive(self.edge, page, mode=mode)
+        self.scene.drive(self.edge, page, mode=mode, age_ms=age_ms)
         may = owner == page and self.scene.state == codes.ARMED and page not in self.gone
         if may and self.scene.session and press not in self.dead:
-            self.proof[press] = self.scene.now_s
+            self.proof[press] = max(self.proof.get(press, 0.0), proven_s)
         else:
             self.dead.add(press)
 
@@ -81,6 +91,7 @@ class AnyOrder(RuleBasedStateMachine):
             assert who == 3  # a viewer
             return
         assert self.scene.verb == codes.STOP
+        self.stopped_s[self.pages[who]] = self.scene.now_s
         self.kill_all()
 
     @rule(who=st.integers(0, 3))

@@ -114,6 +114,31 @@ def test_anyones_stop_wins_at_once(armed: Any, message: object, own: bool) -> No
     assert not armed.moving
 
 
+@pytest.mark.parametrize("last", ["own", "same", "gone"])
+def test_a_press_made_before_somebodys_stop_never_drives(armed: Any, last: str) -> None:
+    care = armed.arbiter.connect("caretaker", armed.now_s)
+    armed.drive(1)
+    armed.say(STOP, care)
+    armed.now_s += 0.02
+    if last == "gone":
+        armed.arbiter.disconnect(care, armed.now_s)
+    armed.say(STOP, care if last == "same" else armed.page)
+    assert armed.drive(2, age_ms=120) == "needs_new_command"
+    assert not armed.moving
+    armed.now_s += 0.2
+    assert armed.drive(3, age_ms=120) is None
+    assert armed.moving
+
+
+def test_the_drivers_own_stop_does_not_count_against_a_press_sent_after_it(armed: Any) -> None:
+    care = armed.arbiter.connect("caretaker", armed.now_s)
+    armed.say(STOP, care)
+    armed.now_s += 0.2
+    armed.say(STOP)
+    assert armed.drive(1, age_ms=120) is None
+    assert armed.moving
+
+
 def test_after_a_stop_a_new_press_drives(armed: Any) -> None:
     armed.drive(1)
     armed.say(STOP)

@@ -109,7 +109,7 @@ class LocalDoor:
                 return {"revoked": self._desk.revoke(str(request["id"]))}
         except StoreError as error:
             return {"error": str(error)}
-        except (ValueError, TypeError, KeyError, RecursionError):
+        except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
             pass
         return {"error": "no such request; is gazechair pair of the daemon's version?"}
 
