@@ -54,7 +54,9 @@ def test_a_code_is_made_and_used(door: Any, folder: Path) -> None:
         b'{"ask": "code", "role": "king"}\n',
         b'{"ask": "code", "role": "driver", "valid_s": 1e9}\n',
         b'{"ask": "code", "role": "driver", "valid_s": NaN}\n',
-        b'{"ask": "code", "role": "driver", "valid_s": 1' + b"0" * 400 + b"}\n",
+        pytest.param(
+            b'{"ask": "code", "role": "driver", "valid_s": 1' + b"0" * 400 + b"}\n", id="huge"
+        ),
         b'{"ask": "revoke"}\n',
         b"\xff\xfe\n",
         b"x" * 100_000,
