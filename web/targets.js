@@ -28,10 +28,9 @@ export class Targets {
   #ttlMs = Infinity;
   #freshMs = 200;
   #edge = 0;
-  // Target under the pointer, null: none, undefined: not known.
-  #under = undefined;
+  #under = undefined; // target under the pointer, null: none, undefined: not known
   #spent = null; // button that acted and that the gaze has not left yet
-  #dwell = null; // {target, since, movedAt, leftAt, ms}
+  #dwell = null; // {target, since, away, movedAt, leftAt, ms}
   // {target, source, mode, edge, since, provenAt, leftAt, sendAt}
   #hold = null;
   #pressed = null; // button pressed and not released: {target, source, since}
@@ -181,7 +180,7 @@ export class Targets {
     if (!this.#dwell && this.#gazeOver(at)) return this.#letGo(at);
     if (!isDrive(target)) this.#dwell = null;
     else if (this.#dwell?.target === target) this.#dwell.movedAt = at;
-    else this.#dwell = { target, since: at, movedAt: at, leftAt: null, ms: this.#steerMs };
+    else this.#dwell = { target, since: at, away: 0, movedAt: at, leftAt: null, ms: this.#steerMs };
     this.#finishDwell(at);
   }
 
@@ -195,27 +194,26 @@ export class Targets {
       return;
     }
     if (dwell) {
-      if (dwell.leftAt !== null) dwell.since += at - dwell.leftAt;
+      dwell.away += at - (dwell.leftAt ?? at);
       dwell.leftAt = null;
       dwell.movedAt = at;
     } else if (this.#mayDwell(target)) {
       const button = this.#buttonMs * (isMenu(target) ? MENU_FACTOR : 1);
       const ms = isDrive(target) ? this.#dwellMs : button;
-      this.#dwell = { target, since: at, movedAt: at, leftAt: null, ms };
+      this.#dwell = { target, since: at, away: 0, movedAt: at, leftAt: null, ms };
     }
     this.#finishDwell(at);
   }
 
   #mayDwell(target) {
     if (target === null || [target, ALL].includes(this.#spent)) return false;
-    if (!isDrive(target)) return true;
-    return this.armed && !this.#restNeeded && !this.unable.includes(target);
+    return !isDrive(target) || (this.armed && !this.#restNeeded && !this.unable.includes(target));
   }
 
   #finishDwell(now) {
-    const dwell = this.#dwell;
-    if (!dwell || dwell.leftAt !== null || now - dwell.movedAt >= this.#freshMs) return;
-    if (now - dwell.since >= dwell.ms) this.#activate(dwell.target, "gaze", now, dwell.since);
+    const { target, since, away, ms, leftAt, movedAt } = this.#dwell ?? {};
+    if (!target || leftAt !== null || now - movedAt >= this.#freshMs) return;
+    if (now - since - away >= ms) this.#activate(target, "gaze", now, since);
   }
 
   #activate(target, source, at, since) {

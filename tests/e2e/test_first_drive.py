@@ -152,11 +152,19 @@ def test_a_step_forward_goes_as_far_in_another_profile(tmp_path: Path) -> None:
     rig.ready()
     values = [one[1] for one in TABLE]
     usual = values[index_of("linear_permille")], values[index_of("step_ramp_ms")]
-    for profile in (3, 2):
-        assert rig.post(run="profile", value=profile) == ""
+
+    def step_ms() -> int:
         reply = rig.link.setting(codes.SETTING_GET, index_of("step_forward_ms"))
         assert reply is not None
-        assert reply.value == store.step_ms(profile, *usual)
+        return reply.value
+
+    for profile in (3, 2):
+        assert rig.post(run="profile", value=profile) == ""
+        assert step_ms() == store.step_ms(profile, *usual)
+    # One that a caretaker has set stays while the profile does.
+    rig.link.setting(codes.SETTING_SET, index_of("step_forward_ms"), 1234)
+    assert rig.post(run="profile", value=2) == ""
+    assert step_ms() == 1234
 
 
 # While it arms, in a pulse, between two.

@@ -1,97 +1,51 @@
-"""The benchmark of odometry's process: a process that delivers late, seldom or nothing falls short.
-
-A sleeping process stands for odometry's, and a thread here answers its scans.
-"""
+"""The benchmark of odometry's process: estimates late, too few, or none fall short."""
 
 from __future__ import annotations
 
-import socket
-import subprocess
-import sys
-import threading
-import time
-from collections.abc import Callable
-from typing import Any
-
 import pytest
 
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Estimate
-from gazemeasure.home import process
-from gazemeasure.report import Figure, Report
-
-
-class Stub:
-    """Answers one of `every` scans, `late_s` after its last measurement; `every` 0: none."""
-
-    every, late_s = 1, 0.0
-
-    def __init__(self, *_parts: Any) -> None:
-        self._writer, self._reader = inbox.open_inbox()
-        self._child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self.inbox_fd, self.pid = self._writer.fileno(), self._child.pid
-
-    def subscribe(self, listener: Callable[[Estimate], None]) -> None:
-        self._listener = listener
-
-    def start(self) -> None:
-        self._thread.start()
-
-    def stop(self) -> None:
-        self._reader.shutdown(socket.SHUT_RDWR)
-        self._thread.join(10.0)
-        self._child.kill()
-        self._child.wait()
-
-    def _run(self) -> None:
-        number = 0
-        while datagram := self._reader.recv(inbox.LONGEST):
-            scan = inbox.unpack(datagram)
-            if not isinstance(scan, HalfTurn):
-                continue
-            number += 1
-            if self.every and number % self.every == 0:
-                late_s = max(0.0, scan.last_s + self.late_s - time.monotonic())
-                arguments = scan.last_s, *(0.0,) * 6, *(0.1,) * 4, 1.0, (), 0
-                threading.Timer(late_s, self._listener, [Estimate(*arguments)]).start()
-
-
-@pytest.fixture
-def measured(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, Figure]]:
-    """The figures of 2 s with a stub like that, by their names."""
-
-    def measure(**like: float) -> dict[str, Figure]:
-        monkeypatch.setattr(process, "OdometryService", type("Like", (Stub,), like))
-        monkeypatch.setattr(process, "_SECONDS_QUICK", 2.0)
-        monkeypatch.setattr(process, "_STARTS_S", 1.0)
-        report = Report("home")
-        process.measure(report, True, 400)
-        assert report.ok is all(figure.ok for figure in report.figures)
-        return {figure.name.strip(): figure for figure in report.figures}
-
-    return measure
-
-
-def short(figures: dict[str, Figure]) -> set[str]:
-    return {name for name, figure in figures.items() if not figure.ok}
-
+from gazemeasure.home.process import add_estimates
+from gazemeasure.report import Report
 
 AGE, NUMBER = "age of an estimate, 95 %", "estimates a second"
+PASSED_S = 10.0
 
 
-def test_a_process_that_answers_at_once_passes(measured: Any) -> None:
-    figures = measured()
-    assert short(figures) == set()
-    assert figures[AGE].limit == 0.15
+def every(period_s: float, late_s: float) -> list[tuple[float, float]]:
+    """When each of these was measured, and when it came."""
+    count = round(PASSED_S / period_s)
+    return [(period_s * n, period_s * n + late_s) for n in range(count)]
+
+
+def short(heard: list[tuple[float, float]], stall_each_s: float = 100.0) -> set[str]:
+    """What falls short if the machine stalls for 6 ms so often."""
+
+    def stalled(start_s: float, end_s: float) -> bool:
+        return end_s % stall_each_s < 0.006 or end_s // stall_each_s > start_s // stall_each_s
+
+    report = Report("home")
+    add_estimates(report, heard, PASSED_S, stalled)
+    assert report.ok is all(figure.ok for figure in report.figures)
+    return {figure.name.strip() for figure in report.figures if not figure.ok}
 
 
 @pytest.mark.parametrize(
-    ("like", "falls_short"),
-    [({"late_s": 0.4}, {AGE}), ({"every": 4}, {NUMBER}), ({"every": 0}, {AGE, NUMBER})],
+    ("heard", "falls_short"),
+    [
+        (every(0.05, 0.04), set()),
+        (every(0.05, 0.4), {AGE}),
+        (every(0.2, 0.04), {NUMBER}),
+        ([], {AGE, NUMBER}),
+    ],
 )
-def test_one_that_answers_late_seldom_or_never_falls_short(
-    measured: Any, like: dict[str, float], falls_short: set[str]
+def test_late_or_seldom_or_never_falls_short(
+    heard: list[tuple[float, float]], falls_short: set[str]
 ) -> None:
-    assert short(measured(**like)) == falls_short
+    assert short(heard) == falls_short
+
+
+def test_late_ones_are_not_left_out_sooner_than_others() -> None:
+    heard = [
+        (at, came + 0.5 if n % 8 == 0 else came) for n, (at, came) in enumerate(every(0.05, 0.04))
+    ]
+    assert short(heard, stall_each_s=0.33) == {AGE}

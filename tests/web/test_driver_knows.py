@@ -106,6 +106,15 @@ def test_a_look_at_help_means_the_words_at_its_beginning(driver, coming):
     driver.advance(900, look="help")
     assert driver.heard("call") == []
     driver.advance(300, look=(0.5, 0.66))
+    driver.state(coming=coming)
+    driver.advance(600)
+    driver.advance(100, look="help")
+    driver.state(coming=not coming)
+    driver.advance(25, look="help")
+    driver.advance(150, look=(0.5, 0.66))  # a blink
+    driver.advance(1300, look="help")
+    assert driver.heard("call") == []
+    driver.advance(300, look=(0.5, 0.66))
     driver.advance(1100, look="help")
     assert driver.heard("call") == [{"k": "call", "on": coming}]
 

@@ -15,6 +15,7 @@ from gazechair.alerts.reasons import HELP, KINDS, REASONS, TEST
 OPEN, ACKNOWLEDGED, OVER = STATES = ("open", "acknowledged", "over")
 WAITING, TRYING, SENT, FAILED = DELIVERY_STATES = ("waiting", "trying", "sent", "failed")
 
+_RESTARTED = "the host was restarted before it was sent"
 MOST_ALERTS = 100  # kept, the oldest go first
 MOST_PER_MINUTE = 10  # deliveries over one route, attempts included
 FOR_HELP = 3  # of them are reserved for the driver's call
@@ -232,7 +233,7 @@ class Book:
                 continue
             self._next = alert.number + 1
             if alert.state == OVER or alert.kind == TEST:
-                alert.deliveries = _results(row["deliveries"], now_s)
+                alert.deliveries = _results(alert.kind, row["deliveries"], now_s)
             else:
                 self._continue(alert, row["deliveries"], now_s, wall_s)
             self._keep(alert)
@@ -310,13 +311,16 @@ def _live(alert: Alert, one: Delivery) -> bool:
     return one.attempts == 0 if alert.kind == TEST else alert.state == OPEN
 
 
-def _results(before: Mapping[str, Any], now_s: float) -> dict[str, Delivery]:
+def _results(kind: str, before: Mapping[str, Any], now_s: float) -> dict[str, Delivery]:
     # Nothing of it is sent any more: its routes need not exist.
-    return {
-        name: Delivery(now_s, one["state"], str(one.get("detail", "")), attempts=1)
-        for name, one in before.items()
-        if one.get("state") in DELIVERY_STATES
-    }
+    found = {}
+    for name, one in before.items():
+        state, detail = one.get("state"), str(one.get("detail", ""))
+        if kind == TEST and state in (WAITING, TRYING):
+            state, detail = FAILED, _RESTARTED
+        if state in DELIVERY_STATES:
+            found[name] = Delivery(now_s, state, detail, attempts=1)
+    return found
 
 
 def alert_of(row: Mapping[str, Any]) -> Alert | None:

@@ -123,11 +123,9 @@ class CaretakerSettings:
         if "step_forward_ms" in wishes or not {"profile", "linear_permille"} & set(wishes):
             return []
         names = ("profile", "linear_permille", "step_ramp_ms")
-        values = (
-            wishes[name] if name in wishes else self._ask(codes.SETTING_GET, index_of(name))
-            for name in names
-        )
-        step_ms = self._step_ms(*values)
+        now = {name: self._ask(codes.SETTING_GET, index_of(name)) for name in names}
+        then = now | {name: wishes[name] for name in names if name in wishes}
+        step_ms = None if then == now else self._step_ms(*then.values())
         return [] if step_ms is None else [(index_of("step_forward_ms"), step_ms)]
 
     def _read(self) -> dict[str, Any]:

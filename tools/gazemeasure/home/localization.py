@@ -42,6 +42,7 @@ _HIDDEN_SHARE, _SECTORS = 0.7, 20
 _PERSON_M, _AWAY_M = (0.12, 0.25), (0.85, 1.8)  # a standing person: radius, distance from the axle
 _CROWD_S, _AGAIN_S = 10.0, 0.2  # it stands around a chair that knew its place
 _MOVED_SHARE, _MOVED_M = 0.5, 0.5
+_LEAST_KEPT = 90.0
 _ANOTHER = 500  # offset in seed of a home that is not on the map
 _NOBODY: Array = np.zeros((0, 3))
 
@@ -101,7 +102,8 @@ def measure(report: Report, quick: bool, each: Callable[..., list[Counted]]) -> 
     report.add(f"carried away ({len(lost_s)}): noticed, most", max(lost_s), "s", _NOTICED_S)
     crowded = [one for each_home in done for one in each_home.crowded]
     kept = 100.0 * crowded.count("right") / len(crowded)
-    report.add(f"a crowd comes and stands ({len(crowded)}): still known after", kept, "%")
+    known = f"a crowd comes and stands ({len(crowded)}): still known after"
+    report.add(known, kept, "%", _LEAST_KEPT, at_least=True)
     report.add("  confidently wrong", crowded.count("wrong"), "", 0.0)
     look_ms = [one for each_home in done for one in each_home.look_ms]
     report.add("a search of the whole map, median", percentile(look_ms, 0.5), "ms")

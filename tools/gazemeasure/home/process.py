@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 from gazechair.base.health import Health
@@ -68,17 +69,25 @@ def measure(report: Report, quick: bool, per_turn: int) -> None:
         report.add("odometry's process, a dense lidar: share of a core", core, "%", _SHARE)
         holding.look(service.pid, passed_s)
         add_memory(report, holding.memory_mb)
-        report.add("  estimates a second", len(heard) / passed_s, "", _LEAST_HZ, at_least=True)
-        _add_ages(report, heard, probe)
+        add_estimates(report, heard, passed_s, probe.stalled)
     finally:
         service.stop()
 
 
-def _add_ages(report: Report, heard: list[tuple[float, float]], probe: StallProbe) -> None:
-    good = [(measured, came) for measured, came in heard if not probe.stalled(measured, came)]
-    ages_s = [came - measured for measured, came in good]
+def add_estimates(
+    report: Report,
+    heard: list[tuple[float, float]],
+    passed_s: float,
+    stalled: Callable[[float, float], bool],
+) -> None:
+    """Add how many came, and their ages; `heard`: when each was measured and when it came, s.
+
+    What is left out is decided before an estimate is late: a late one has more time for stalls.
+    """
+    report.add("  estimates a second", len(heard) / passed_s, "", _LEAST_HZ, at_least=True)
+    ages_s = [came - at for at, came in heard if not stalled(at, at + _AGE_S)]
     report.add("  age of an estimate, 95 %", percentile(ages_s, 0.95), "s", _AGE_S)
-    dropped = len(heard) - len(good)
+    dropped = len(heard) - len(ages_s)
     report.note(f"({dropped} of {len(heard)} ages overlap a stall of the machine: dropped)")
 
 

@@ -52,19 +52,25 @@ class Candidate:
         far = far_of(self.settled, self.odometry)
         return float(self.agreement.agreed[far].mean()) if far.any() else 1.0
 
-    @cached_property
-    def _against_m(self) -> float:
+    def is_possible(self) -> bool:
+        """Whether the chair may be here, of which nothing else is known."""
         straight_m = self.known.new_straight_m(self.settled, self.agreement, self.frame)
-        against_m = _STRAIGHT_COUNTS * max(0.0, straight_m - _STRAIGHT_M)
-        return self.agreement.contradicted_m + against_m
+        new_m = _STRAIGHT_COUNTS * max(0.0, straight_m - _STRAIGHT_M)
+        return self._agrees(_AGREED_M, self.agreement.contradicted_m + new_m)
 
-    def is_possible(self, least_m: float = _AGREED_M) -> bool:
-        """Whether the chair may be here; `least_m`: length that agrees at least."""
+    def is_still_possible(self, least_m: float) -> bool:
+        """Whether a chair that was here still may be, with `least_m` of what agrees.
+
+        People who stand in a row may look like a wall; the chair has seen that there is none.
+        """
+        return self._agrees(least_m, self.agreement.contradicted_m)
+
+    def _agrees(self, least_m: float, against_m: float) -> bool:
         agreed, agreed_m = self.agreement.agreed, self.agreement.agreed_m
         if self.far_agreed < _FAR_AGREED or agreed_m < least_m:
             return False
         share = min(1.0, float(agreed.mean()) / _MOST_AGREED)
-        return self._against_m <= _CONTRADICTED_M + _CONTRADICTED * share**2 * agreed_m
+        return against_m <= _CONTRADICTED_M + _CONTRADICTED * share**2 * agreed_m
 
     def leads(self, other: Candidate) -> bool:
         """Whether the chair is far more likely here than at the other."""

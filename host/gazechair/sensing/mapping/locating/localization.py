@@ -321,7 +321,7 @@ class Localization:
             return None
         candidates = self._candidates(settled, odometry, True)
         here = next((one for one in candidates if _is_at(one.fitted.pose, pose)), None)
-        if here is None or not here.is_possible(_STILL_M):
+        if here is None or not here.is_still_possible(_STILL_M):
             return None
         if any(one.leads(here) for one in candidates):
             return None

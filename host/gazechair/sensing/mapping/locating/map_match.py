@@ -31,7 +31,9 @@ _FURNITURE_M = 0.5  # from the middle of a piece to the floor beside it
 _SHORT_M = 0.25  # the last part of a beam contradicts nothing
 _CLOSE_CELL_M, _CLOSE_M = 0.025, 0.06  # a surface this close to a known one is agreed
 _PART_M = 0.05
-# Straight: within a band, in one of these directions.
+# Straight: within a band, in one of these directions, and the next cell at most so many on: people
+# who stand in a row are no surface.
+_GAP = 3
 _BAND_M, _DIRECTIONS_RAD = 0.1, np.radians(np.arange(0.0, 180.0, 5.0))
 _NEAR = math.exp(-0.5)  # of a field whose sigma is _NEAR_M, or _CLOSE_M
 
@@ -157,7 +159,7 @@ class MapMatch:
 
 
 def _straight_m(points_m: FloatArray, direction_rad: float) -> float:
-    """Length of what lies in one band along a direction, in cells; bands overlap by half."""
+    """Length of the longest run in one band along a direction, in cells; bands overlap by half."""
     if not len(points_m):
         return 0.0
     c, s = math.cos(direction_rad), math.sin(direction_rad)
@@ -166,8 +168,11 @@ def _straight_m(points_m: FloatArray, direction_rad: float) -> float:
     longest = 0
     for shift in (0.0, 0.5):
         band = np.floor(across + shift).astype(np.int64)
-        each = np.unique(np.stack((band - band.min(), along), axis=1), axis=0)
-        longest = max(longest, int(np.bincount(each[:, 0]).max()))
+        each = np.unique(np.stack((band, along), axis=1), axis=0)  # in order
+        apart = np.diff(each, axis=0)
+        ends = np.flatnonzero((apart[:, 0] > 0) | (apart[:, 1] > _GAP))
+        runs = np.diff(np.concatenate(([-1], ends, [len(each) - 1])))
+        longest = max(longest, int(runs.max()))
     return CELL_M * longest
 
 

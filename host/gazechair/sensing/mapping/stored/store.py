@@ -247,7 +247,7 @@ class MapStore:
         """Exclusive access across threads and processes, as mapping's process changes maps, too.
 
         Readers do not wait for other processes. `make`: the folder, if there is none. What the disk
-        refuses within is an EditRefused.
+        refuses within, or no longer has, is an EditRefused.
         """
         try:
             if make:
@@ -261,7 +261,8 @@ class MapStore:
                 os.close(handle)
         except OSError as error:
             line = f"{error.filename or self.folder}: {error.strerror}"
-            raise EditRefused("map_not_stored", line) from None
+            gone = isinstance(error, FileNotFoundError)
+            raise EditRefused("map_gone" if gone else "map_not_stored", line) from None
         except MapError as error:
             raise EditRefused("map_not_stored", str(error)) from None
 
