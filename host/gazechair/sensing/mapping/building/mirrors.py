@@ -15,7 +15,7 @@ import numpy as np
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.base.poses import to_frame
 from gazechair.sensing.mapping.building.mapper import KeyScan
-from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, marked
 
 _MOST_BEAMS = 60_000  # looked at
 _LINE_M = 0.025  # from one line to the next
@@ -102,10 +102,7 @@ class _Known:
     def at(self, places_m: FloatArray) -> BoolArray:
         """(N,), of places (N, 2)."""
         cells = np.floor((places_m - self._low_m) / self._cell_m).astype(np.int64)
-        known = self._near
-        inside = np.asarray(((cells >= 0) & (cells < known.shape)).all(axis=1))
-        i, j = np.where(inside[:, None], cells, 0).T
-        return np.asarray(inside & known[i, j])
+        return marked(self._near, cells)
 
 
 def _on_line(

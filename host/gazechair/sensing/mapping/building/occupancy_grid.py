@@ -18,6 +18,7 @@ from gazechair.base.poses import to_frame
 from gazechair.sensing.mapping.building.mapper import KeyScan
 
 Counts = NDArray[np.uint16]
+Beams = tuple[FloatArray, FloatArray]  # where each began and ended
 
 CELL_M = 0.025
 _FARTHEST_M = 12.0  # a hit farther away is too uncertain for a cell
@@ -76,12 +77,23 @@ class OccupancyGrid:
         return np.asarray((np.argwhere(self.occupied) + 0.5) * self.cell_m + self.low_m)
 
 
+def marked(mask: BoolArray, cells: NDArray[np.int64]) -> BoolArray:
+    """(N,): which of `cells` (N, 2) lie within the mask, and are set in it."""
+    inside = np.asarray(((cells >= 0) & (cells < mask.shape)).all(axis=1))
+    i, j = np.where(inside[:, None], cells, 0).T
+    return np.asarray(inside & mask[i, j])
+
+
 def box_m(keys: Iterable[KeyScan]) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest (x, y) of what a grid of these key scans shows. Needs at least one."""
+    return _box_m((_in_map(key), key.pose[:2]) for key in keys)
+
+
+def _box_m(placed: Iterable[tuple[Beams, FloatArray]]) -> tuple[FloatArray, FloatArray]:
+    """The same, of beams in the map and where the chair stood."""
     corners = []
-    for key in keys:
-        stood = key.pose[:2]
-        parts = np.concatenate((*_in_map(key), (stood - _STOOD_M, stood + _STOOD_M)))
+    for beams, stood in placed:
+        parts = np.concatenate((*beams, (stood - _STOOD_M, stood + _STOOD_M)))
         corners += [parts.min(axis=0), parts.max(axis=0)]
     return np.min(corners, axis=0), np.max(corners, axis=0)
 
@@ -93,7 +105,7 @@ def occupancy_of(keys: Iterable[KeyScan], cell_m: float = CELL_M) -> OccupancyGr
     if not any(len(end) for _, end in scans):
         raise ValueError("no lidar points to make a map of")
     stood = np.array([key.pose[:2] for key in keys])
-    low_m, high_m = box_m(keys)
+    low_m, high_m = _box_m(zip(scans, stood, strict=True))
     low = np.floor(low_m / cell_m).astype(np.int64) - _BORDER
     shape = np.floor(high_m / cell_m).astype(np.int64) + _BORDER + 1 - low
     hits, passes = (np.zeros(int(shape.prod()), dtype=np.uint16) for _ in range(2))
@@ -114,7 +126,7 @@ def occupancy_of(keys: Iterable[KeyScan], cell_m: float = CELL_M) -> OccupancyGr
     return OccupancyGrid(cell_m, corner_m, hits.reshape(grid), passes.reshape(grid))
 
 
-def _in_map(key: KeyScan) -> tuple[FloatArray, FloatArray]:
+def _in_map(key: KeyScan) -> Beams:
     """Where each beam began and ended."""
     near = np.hypot(*(key.points_m - key.origins_m).T) < _FARTHEST_M
     return to_frame(key.origins_m[near], key.pose), to_frame(key.points_m[near], key.pose)

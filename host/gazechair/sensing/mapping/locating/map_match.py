@@ -17,7 +17,7 @@ import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.base.poses import from_frame, to_frame
-from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, marked
 from gazechair.sensing.mapping.locating.recent_looks import CELL_M, Settled
 from gazechair.sensing.mapping.matching.faces import faces_of
 from gazechair.sensing.mapping.matching.likelihood_field import LikelihoodField
@@ -152,9 +152,7 @@ class MapMatch:
         """Length of the longest straight surface that stands where the map has free floor."""
         new = to_frame(settled.surfaces_m[~agreement.agreed], frame)
         cells = np.floor((new - self._grid.low_m) / self._grid.cell_m).astype(np.int64)
-        inside = np.asarray(((cells >= 0) & (cells < self._free.shape)).all(axis=1))
-        i, j = np.where(inside[:, None], cells, 0).T
-        new = new[inside & self._free[i, j]]
+        new = new[marked(self._free, cells)]
         return max((_straight_m(new, one) for one in _DIRECTIONS_RAD), default=0.0)
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.mapping.building.occupancy_grid import marked
 from gazechair.sensing.mapping.matching.likelihood_field import Ints
 
 CELL_M = 0.05
@@ -41,9 +42,7 @@ class Settled:
     def is_free(self, places_m: FloatArray) -> BoolArray:
         """(N,): whether beams went through there, and nothing was seen near it."""
         cells = np.floor(places_m / CELL_M).astype(np.int64) - self._low
-        inside = np.asarray(((cells >= 0) & (cells < self._free.shape)).all(axis=1))
-        i, j = np.where(inside[:, None], cells, 0).T
-        return np.asarray(inside & self._free[i, j])
+        return marked(self._free, cells)
 
 
 class RecentLooks:
