@@ -84,7 +84,7 @@ class App:
         self._watched_at = 0
         self._fed_at = 0
         self._gc_at = 0
-        self._blink_at = 0
+        self._saving_heading = False  # the request that waits has asked the sensor
         self._service_at_ms = 0
         self.service_max_ms = 0
         self.heap_free_kb = 0
@@ -204,7 +204,6 @@ class App:
         self.inbox.publish()
         self._watchdog()
         self._keep()
-        self._keep_heading()
         self._collect()
         self._blink()
         return not (self.link.maintenance and self.link.outgoing.flushed())
@@ -257,6 +256,9 @@ class App:
             refused = self._save_settings()
         elif request == codes.SETTING_SAVE_HEADING:
             refused = self._save_heading()
+            if refused is None:
+                return
+        self._saving_heading = False
         if not reads and refused == codes.NO_REASON:
             self._apply_settings()
         link.answer_setting(self.settings.get(index) if index < len(SETTINGS_TABLE) else 0, refused)
@@ -278,21 +280,21 @@ class App:
             self.settings.drop_neutral()
             self._apply_settings()
 
-    # Request the sensor's offsets; _keep_heading() stores them when they have arrived.
+    # Reads the sensor's offsets, then stores them; None: it has not answered yet.
     def _save_heading(self):
-        if not self._imu.calibrated():
-            return codes.SENSOR_NOT_CALIBRATED
-        self._imu.save()
-        return codes.NO_REASON
-
-    # Not stored: the sensor calibrates itself again after the next start, as without any.
-    def _keep_heading(self):
-        if self._imu.offsets_new and self.safety.state == codes.DISARMED:
-            self._imu.offsets_new = False
+        imu = self._imu
+        if not self._saving_heading:
+            if not imu.calibrated():
+                return codes.SENSOR_NOT_CALIBRATED
+            imu.save()
+            self._saving_heading = True
+        if imu.offsets_new:
             try:
-                self._board.store(_HEADING_FILE, sealed(hexlify(self._imu.offsets()).decode()))
-            except Exception:
-                pass
+                self._board.store(_HEADING_FILE, sealed(hexlify(imu.offsets()).decode()))
+            except Exception:  # the flash refuses, or no memory
+                return codes.SETTING_NOT_STORED
+            return codes.NO_REASON
+        return None if imu.saving() else codes.SENSOR_NOT_CALIBRATED
 
     # False: the stored text is damaged; reported once, then deleted.
     def _restore_heading(self):

@@ -1,7 +1,7 @@
 # The heading sensor's calibration is kept on the board and given back at every start.
 
 from gazeboard.boards import bank_layout as at
-from gazelink import codes
+from gazelink import codes, messages
 from gazesim.board_rig import IMU, REGS, Rig
 from promiserig import ask
 
@@ -10,7 +10,8 @@ OFFSETS = IMU + REGS + 0x55
 
 
 def save(rig):
-    return ask(rig, codes.SETTING_SAVE_HEADING)[1]
+    # The sensor changes its mode, which takes it some 30 ms.
+    return ask(rig, codes.SETTING_SAVE_HEADING, within_ms=60)[1]
 
 
 def calibrated_rig():
@@ -25,7 +26,6 @@ def calibrated_rig():
 def test_offsets_are_stored_and_given_back_after_a_power_cut():
     rig = calibrated_rig()
     assert save(rig) == codes.NO_REASON
-    rig.run(300)
     assert "heading_offsets" in rig.files.texts
     for k in range(22):
         rig.bank[OFFSETS + k] = 0  # what a sensor forgets without power
@@ -55,6 +55,59 @@ def test_refused_while_armed_or_not_calibrated():
     rig.run(1500)
     assert save(rig) == codes.SENSOR_NOT_CALIBRATED
     assert "heading_offsets" not in rig.files.texts
+
+
+def test_what_the_flash_refuses_is_not_called_stored():
+    rig = calibrated_rig()
+    store = rig.files.store
+
+    def full(name, text):
+        raise OSError(28)
+
+    rig.files.store = full
+    assert save(rig) == codes.SETTING_NOT_STORED
+    assert "heading_offsets" not in rig.files.texts
+    rig.files.store = store
+    rig.run(1500)
+    assert save(rig) == codes.NO_REASON
+    assert "heading_offsets" in rig.files.texts
+
+
+def test_a_sensor_that_is_lost_meanwhile_has_stored_nothing():
+    rig = calibrated_rig()
+    rig.reply = None
+    rig.send(messages.SETTING, (codes.SETTING_SAVE_HEADING, 0, 0))
+    rig.run(3)
+    assert rig.reply is None
+    rig.bank[IMU + at.SLOT_NAK] = 1
+    rig.until(lambda: rig.reply is not None, 60)
+    assert rig.reply["refused"] == codes.SENSOR_NOT_CALIBRATED
+    assert "heading_offsets" not in rig.files.texts
+
+
+def test_armed_meanwhile_it_stores_nothing():
+    rig = calibrated_rig()
+    rig.reply = None
+    rig.send(messages.SETTING, (codes.SETTING_SAVE_HEADING, 0, 0))
+    rig.run(3)
+    rig.give(codes.ARM)
+    rig.until(lambda: rig.reply is not None, 60)
+    assert rig.reply["refused"] == codes.SETTING_WHILE_ARMED
+    rig.give(codes.DISARM)
+    rig.run(300)
+    assert "heading_offsets" not in rig.files.texts
+
+
+def test_another_request_meanwhile_is_answered_and_the_first_can_be_repeated():
+    rig = calibrated_rig()
+    rig.send(messages.SETTING, (codes.SETTING_SAVE_HEADING, 0, 0))
+    rig.run(3)
+    assert ask(rig, codes.SETTING_GET, 0) == (170, codes.NO_REASON)
+    rig.run(300)
+    assert "heading_offsets" not in rig.files.texts
+    rig.run(1500)
+    assert save(rig) == codes.NO_REASON
+    assert "heading_offsets" in rig.files.texts
 
 
 def test_damaged_offsets_are_not_used():

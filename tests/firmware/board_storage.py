@@ -353,7 +353,6 @@ def test_whatever_the_flash_raises_the_service_loop_goes_on():
             files.store = files.remove = refuse
             press_emergency(rig)
             assert ask(rig, codes.SETTING_SAVE)[1] == codes.SETTING_NOT_STORED
-            rig.app._imu.offsets_new = True
             rig.run(500)
             assert fault(rig, codes.STORAGE)
             assert rig.state["first_fault"]

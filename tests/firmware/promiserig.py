@@ -40,9 +40,9 @@ def stays_still_until_pressed_anew(rig):
     rig.until(lambda: not rig.neutral(), 60)
 
 
-def ask(rig, request, index=0, value=0):
+def ask(rig, request, index=0, value=0, within_ms=5):
     # The board's answer: (value in force, refused).
     rig.reply = None
     rig.send(messages.SETTING, (request, index, value))
-    rig.until(lambda: rig.reply is not None, 5)
+    rig.until(lambda: rig.reply is not None, within_ms)
     return rig.reply["value"], rig.reply["refused"]

@@ -68,7 +68,7 @@ class Imu:
         self._offsets[0] = _OFFSETS
         self._read_offsets = bytearray(OFFSETS_SIZE)
         self._have_offsets = False
-        self.offsets_new = False  # just read from the sensor: to be stored
+        self.offsets_new = False  # read from the sensor since save()
         self.calibration = 0  # from the sensor's register
         self._two = bytearray(2)
         self._state = _PROBE
@@ -165,6 +165,11 @@ class Imu:
     def save(self):
         self._state = _TO_SAVE
         self._extra = False
+        self.offsets_new = False
+
+    # False: they are new, or the sensor was lost meanwhile.
+    def saving(self):
+        return self._state == _TO_SAVE or self._state == _SAVE
 
     def offsets(self):
         return self._offsets[1:]

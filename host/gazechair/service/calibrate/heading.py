@@ -27,7 +27,6 @@ _HELLO_S = 3.0
 _MAINTENANCE_S = 3.0
 _START_S = 30.0
 _STORE_S = 30.0
-_STORED_S = 1.0  # the firmware answers, then reads the sensor (50 ms) and writes its flash
 _ASK_AGAIN_S = 1.0
 _CHIP_ID = 0xA0
 
@@ -183,7 +182,6 @@ class HeadingCalibration:
         while True:
             try:
                 board.save_heading()
-                time.sleep(_STORED_S)
                 return
             except SettingRefused as refusal:
                 if refusal.reason != codes.SENSOR_NOT_CALIBRATED:
