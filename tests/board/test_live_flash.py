@@ -16,7 +16,7 @@ from liveboard import NEUTRAL, EmulatedLiveBoard, Flashed
 from livehost import STOP
 
 # By one process, which flashes its first board once for all of them.
-pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
+pytestmark = [pytest.mark.m7, pytest.mark.recorded, pytest.mark.xdist_group("board")]
 
 
 @pytest.fixture(autouse=True)
@@ -95,7 +95,6 @@ def test_a_dry_run_changes_nothing_and_leaves_it_running(emulated: EmulatedLiveB
     emulated.connect()
 
 
-@pytest.mark.recorded
 def test_a_running_board_of_another_layout_is_updated(factory_new: EmulatedLiveBoard) -> None:
     board = factory_new
     board.board.kill()
@@ -108,7 +107,6 @@ def test_a_running_board_of_another_layout_is_updated(factory_new: EmulatedLiveB
     assert "runs: teensy40" in said
 
 
-@pytest.mark.recorded
 def test_an_older_incompatible_firmware_is_updated(emulated: EmulatedLiveBoard) -> None:
     """Its table of messages differs, so only the frozen messages are understood."""
     emulated.board.kill()
@@ -166,7 +164,6 @@ class PowerCut(FlashError):
 
 
 # Before the first and after the last nothing else can happen than between them: when named.
-@pytest.mark.recorded
 @pytest.mark.parametrize(
     "moment",
     [
@@ -238,7 +235,6 @@ def test_the_cable_pulled_half_way_is_one_plain_line(emulated: EmulatedLiveBoard
     assert "runs: teensy40" in Run(emulated).flash(), "from the REPL where it was left"
 
 
-@pytest.mark.recorded
 @pytest.mark.parametrize(
     "broken",
     ["raise ValueError('broken')", pytest.param("while True: pass", marks=pytest.mark.long)],
@@ -282,7 +278,6 @@ def test_the_button_at_power_on_gives_the_repl(emulated: EmulatedLiveBoard) -> N
     assert emulated.real_wipers == NEUTRAL
 
 
-@pytest.mark.recorded
 def test_a_port_with_nobody_behind_it_is_refused(tmp_path: Path) -> None:
     silent = PtyPort(tmp_path / "port")
     silent.plug()

@@ -16,7 +16,7 @@ from gazelink import codes, messages
 from liveboard import NEUTRAL, EmulatedLiveBoard, Flashed
 from livehost import NEUTRAL_OUTPUT, STOP
 
-pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
+pytestmark = [pytest.mark.m7, pytest.mark.recorded, pytest.mark.xdist_group("board")]
 
 STATE_MS = 10  # a state may be that much older than the moment it is asked about
 _TRIES, _STALL_MS = 3, 5  # the emulator makes up ticks that a stalled PC has cost

@@ -11,7 +11,7 @@ import pytest
 from gazelink import codes
 from liveboard import LiveBoard
 
-pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
+pytestmark = [pytest.mark.m7, pytest.mark.recorded, pytest.mark.xdist_group("board")]
 
 
 def test_runs_the_emulated_board_behind_its_cable(m7: Path, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 import promises
 from gazelink import codes
-from gazeprove import safety_table
+from gazeprove import promise_notes, safety_table
 from gazeprove.safety_words import ARMING, CLEARS, PROMISES
 from gazesetup import ROOT
 
@@ -20,8 +20,9 @@ from gazesetup import ROOT
 def test_the_document_is_what_the_tests_measure() -> None:
     text = safety_table.DOCUMENT.read_text()
     named = set(re.findall(r"`(test_\w+)`", text))
-    folder = os.environ.get("GAZECHAIR_PROMISES")
-    notes = safety_table.read_notes(Path(folder)) if folder else promises.notes
+    folder = os.environ.get(promise_notes.FOLDER_IN)
+    notes = promise_notes.read(Path(folder)) if folder else promises.notes
+    notes = [*safety_table.recorded_notes(), *notes]
     if not named <= {note["test"] for note in notes}:
         notes = safety_table.run_tests()
     measured, written = _times(safety_table.render(notes)), _times(text)

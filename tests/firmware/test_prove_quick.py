@@ -6,7 +6,7 @@ import sys
 import pytest
 
 import gazesetup
-from gazeprove import equivalents, kill, modules, mutate, run_tests, statements
+from gazeprove import equivalents, kill, modules, mutate, part_long, run_tests, statements
 from gazeprove.inputs import Choices
 from gazeprove.parts import PARTS as ALL
 
@@ -15,7 +15,7 @@ LIMIT_S = 600
 
 PARTS = (("enumeration", "everything at once", "decisions"), ("fuzz",))
 # Of these a sample takes as long as all other tests of the prover: what the record says counts.
-RECORDED = ("coverage", "mutation", "planted", "as flashed", "webassembly", "emulated", "longest")
+RECORDED = ("coverage", "mutation", "planted", *part_long.begins())
 
 
 @pytest.mark.parametrize("parts", PARTS, ids=lambda parts: parts[0])

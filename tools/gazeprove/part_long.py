@@ -1,4 +1,4 @@
-"""The parts that run tests of the firmware which take too long, or another machine, each time."""
+"""The parts that run tests which would take too long, or another machine, each time."""
 
 from __future__ import annotations
 
@@ -6,16 +6,28 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from gazeprove import promise_notes
 from gazeprove.pools import Note, Part
-from gazesetup import ROOT, ensure_micropython, ensure_qemu, ensure_wasm, source_environment
+from gazesetup import (
+    ROOT,
+    NotAvailable,
+    ensure_micropython,
+    ensure_pypy,
+    ensure_qemu,
+    ensure_wasm,
+    source_environment,
+)
 
 _TESTS = ROOT / "tests"
 _FLASHED = _TESTS / "host" / "service" / "test_flash_calls.py"
 _WASM = _TESTS / "tools" / "test_on_wasm.py"
 _EMULATED = _TESTS / "board"
 _FIRMWARE = _TESTS / "firmware"
+_ON_PYPY = _TESTS / "onpypy.py"
 _LIMIT_S = 1800
 
 
@@ -43,6 +55,19 @@ def longest(quick: bool, note: Note) -> Part:
     return _run(_FIRMWARE, {}, marks="recorded and not long")
 
 
+def promises(quick: bool, note: Note) -> Part:
+    """What the firmware keeps of the safety promises, measured: docs/safety.md is made of it."""
+    with tempfile.TemporaryDirectory() as folder:
+        env = {**source_environment(), promise_notes.FOLDER_IN: folder}
+        env["PYTHONPATH"] += os.pathsep + str(_TESTS)
+        commands = _measure(note)
+        with ThreadPoolExecutor() as pool:
+            done = list(pool.map(lambda words: _finish(words, env), commands))
+        notes = promise_notes.worst(promise_notes.read(Path(folder)))
+    short = [line for one in done if one.returncode for line in one.stdout.splitlines()[-30:]]
+    return {"tests": len({one["test"] for one in notes}), "notes": notes}, short
+
+
 def begins() -> dict[str, tuple[Path, ...]]:
     """Where the imports begin of what each of these parts proves."""
     here = (Path(__file__), *(ROOT / "firmware" / "gazeboard").rglob("*.py"))
@@ -52,7 +77,23 @@ def begins() -> dict[str, tuple[Path, ...]]:
         "webassembly": (*board, _TESTS / "onwasm.mjs", _WASM),
         "emulated": (*here, *sorted(_EMULATED.glob("*.py"))),
         "longest": (*here, *sorted(_FIRMWARE.glob("test_*.py"))),
+        "promises": (*board, _ON_PYPY),
     }
+
+
+def _measure(note: Note) -> list[list[str]]:
+    """The commands that run the tests, in PyPy where it can be had: a quarter of the time."""
+    files = promise_notes.noting(_FIRMWARE.glob("board_*.py"))
+    processes = os.cpu_count() or 1
+    try:
+        pypy = ensure_pypy()
+    except NotAvailable as error:
+        note(f"no PyPy ({error}): this takes four times as long")
+        return [
+            [sys.executable, "-m", "pytest", "-q", "-p", "promises", "-n", str(processes), *files]
+        ]
+    # All in a few processes: what is compiled for one file serves the next.
+    return [[str(pypy), "-m", "onpypy", *files[n::processes]] for n in range(processes)]
 
 
 def _run(
@@ -62,16 +103,22 @@ def _run(
     # Those that are "long" repeat what another part or test runs.
     marks: str = "not long",
 ) -> Part:
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-n", str(processes), "-m", marks, str(tests)],
-        cwd=ROOT,
-        env={**source_environment(), **also},
-        capture_output=True,
-        text=True,
-        timeout=_LIMIT_S,
-    )
+    words = [sys.executable, "-m", "pytest", "-q", "-n", str(processes), "-m", marks, str(tests)]
+    done = _finish(words, {**source_environment(), **also})
     passed = re.search(r"^(?:.* )?(\d+) passed", done.stdout, re.MULTILINE)
     figures = {"tests": int(passed[1]) if passed else 0}
     if done.returncode or not passed or "skipped" in done.stdout:
         return figures, done.stdout.splitlines()[-30:]
     return figures, []
+
+
+def _finish(words: list[str], env: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        words,
+        cwd=ROOT,
+        env=env,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=_LIMIT_S,
+    )

@@ -19,4 +19,5 @@ PARTS: dict[str, Callable[[bool, Note], Part]] = {
     "webassembly": part_long.webassembly,
     "emulated": part_long.emulated,
     "longest": part_long.longest,
+    "promises": part_long.promises,
 }

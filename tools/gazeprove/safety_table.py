@@ -10,9 +10,10 @@ import sys
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from gazelink import codes
+from gazeprove import promise_notes, record
+from gazeprove.promise_notes import Note
 from gazeprove.safety_words import (
     ARMING,
     CLEARS,
@@ -25,36 +26,33 @@ from gazeprove.safety_words import (
 from gazesetup import ROOT, source_environment
 
 DOCUMENT = ROOT / "docs" / "safety.md"
-# A test that notes a promise imports what notes it.
-NOTES = "from promises import "
 # The process tests prove that it is real; their times depend on the PC.
 WITHOUT = "not e2e"
 LIMIT_S = 1800
 CORE = "core"
 END_TO_END = "end to end"
 
-Note = dict[str, Any]
-
 
 class TestsFailed(Exception):
     """A promise is not kept: there is nothing to write down."""
 
 
-def _paths() -> list[str]:
-    """Every file whose tests note what they measured, relative to the checkout."""
-    files = sorted((ROOT / "tests").rglob("*.py"))
-    return [str(path.relative_to(ROOT)) for path in files if NOTES in path.read_text()]
+def recorded_notes() -> list[Note]:
+    """What the firmware's tests measured when they were last proven (docs/proof.json)."""
+    notes: list[Note] = record.read()["parts"]["promises"]["figures"]["notes"]
+    return notes
 
 
 def run_tests() -> list[Note]:
-    """Run every test of the promises; what they noted. Raises TestsFailed."""
+    """Run every other test of the promises; what all of them noted. Raises TestsFailed."""
+    tests = [f for f in (ROOT / "tests").rglob("*.py") if not f.name.startswith("board_")]
     with tempfile.TemporaryDirectory() as folder:
         env = source_environment()
-        env["GAZECHAIR_PROMISES"] = folder
+        env[promise_notes.FOLDER_IN] = folder
         env["PYTHONPATH"] = os.pathsep.join([env["PYTHONPATH"], str(ROOT / "tests")])
         words = ["-m", "pytest", "-q", "-n", "auto", "-p", "promises", "-m", WITHOUT]
         # The document's own test would only start all this again.
-        words += ["--deselect", "tests/e2e/test_safety_table.py", *_paths()]
+        words += ["--deselect", "tests/e2e/test_safety_table.py", *promise_notes.noting(tests)]
         done = subprocess.run(
             [sys.executable, *words],
             cwd=ROOT,
@@ -65,15 +63,7 @@ def run_tests() -> list[Note]:
         )
         if done.returncode:
             raise TestsFailed("\n".join(done.stdout.splitlines()[-15:]) + done.stderr)
-        return read_notes(Path(folder))
-
-
-def read_notes(folder: Path) -> list[Note]:
-    """What the processes of a test run noted in `folder`."""
-    notes: list[Note] = []
-    for path in sorted(folder.glob("*.json")):
-        notes += json.loads(path.read_text())
-    return notes
+        return [*recorded_notes(), *promise_notes.read(Path(folder))]
 
 
 def render(notes: list[Note]) -> str:
