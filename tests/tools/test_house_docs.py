@@ -8,13 +8,11 @@ import pytest
 
 from gazehouse import __main__ as command
 from gazehouse import failure_pictures, failures, hazards, numbers, rooms
+from gazelink.settings_table import TABLE
 from gazeprove.safety_words import PROMISES
 
-# What bounds the settings table and what only tests hold against the rest: no module reads it.
-NOT_READ = {
-    *("TILT_MS", "OBEYS_MS", "STEP_FORWARD_MAX_MS", "STEP_TURN_MAX_MS"),
-    *("SUPERVISION_MAX_MS", "AUTO_MM_S", "AUTO_OVERRULED_MS", "AUTO_LIMIT_MAX_S"),
-}
+# Times that several parts take together: no module reads them, tests measure them.
+NOT_READ = {"TILT_MS", "OBEYS_MS"}
 
 
 @pytest.mark.parametrize("document", command.PAGES, ids=lambda path: path.name)
@@ -26,7 +24,34 @@ def test_every_limit_is_enforced_somewhere() -> None:
     code = numbers.Mentions("firmware/**/*.py", "host/**/*.py")
     home = numbers.ROOT / "firmware" / "gazeboard" / "core" / "limits.py"
     unread = {limit.name for limit in numbers.limits() if not code.of(limit.name, [home])}
-    assert unread == NOT_READ
+    assert unread == NOT_READ | numbers.HIGHEST.keys() | numbers.REPEATED.keys()
+
+
+def test_a_limit_of_another_name_is_the_settings_highest_value_or_the_files_number() -> None:
+    limits = {limit.name: int(limit.value) for limit in numbers.limits()}
+    highest = {name: high for name, _default, _low, high in TABLE}
+    for limit, setting in numbers.HIGHEST.items():
+        assert highest[setting] == limits[limit], limit
+    for limit, (path, name) in numbers.REPEATED.items():
+        text = (numbers.ROOT / path).read_text()
+        assert re.findall(rf"^{name} = const\((\d+)\)$", text, re.M) == [str(limits[limit])]
+
+
+def test_the_boards_own_numbers_are_there_without_places_in_arrays_and_what_only_a_pc_runs() -> (
+    None
+):
+    board = {(n.file.name, n.name): n for n in numbers.board_timings()}
+    assert board["teensy40.py", "_WATCHDOG_MS"].value == "500"
+    assert board["heading.py", "_DRIFT_Q4"].meaning.startswith("5 degrees between heading")
+    for place in ("_REST_MS", "_LEFT_HOLD_MS", "_RIGHT_HOLD_MS", "_FULL_Q4"):
+        assert ("obedience.py", place) not in board, place
+    assert not {file for file, _name in board} & {"limits.py", "virtual.py", "bank_layout.py"}
+
+
+def test_an_angle_written_in_degrees_is_a_number_of_the_host() -> None:
+    host = {(n.file.name, n.name): n.value for n in numbers.host_timings()}
+    assert host["steering.py", "STEER_MOST_RAD"] == "18.0 degrees"
+    assert host["untuned.py", "TURN_PERMILLE"] == "600"
 
 
 def test_what_no_module_reads_is_held_by_a_test() -> None:

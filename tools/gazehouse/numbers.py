@@ -1,4 +1,4 @@
-"""Writes docs/numbers.md: every limit, setting and timing, who uses it and which tests name it."""
+"""Writes docs/numbers.md: limits, settings, numbers with a unit; who uses them, which tests do."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from gazechair.service.flash.tree import find_sources
 from gazehouse import arrows
 from gazelink.settings_table import PROFILE_ROWS, PROFILES, TABLE
 from gazesetup import ROOT
@@ -15,18 +16,32 @@ from gazesetup import ROOT
 DOCUMENT = ROOT / "docs" / "numbers.md"
 _LIMITS = ROOT / "firmware" / "gazeboard" / "core" / "limits.py"
 _SETTINGS = ROOT / "protocol" / "gazelink" / "settings_table.py"
-_TIMED = re.compile(r"_?[A-Z][A-Z0-9_]*_(?:S|MS|US|HZ|M|MM|DEG|BYTES)")
+_UNITS = "S|MS|US|HZ|M|MM|DEG|RAD|DPS|M_S2|M2|PERMILLE|BYTES"
+_TIMED = re.compile(rf"_?[A-Z][A-Z0-9_]*_(?:{_UNITS})")
+_SCALED = re.compile(rf"_?[A-Z][A-Z0-9_]*_(?:{_UNITS}|Q4|Q8|Q10)")
 _SCRIPT = re.compile(
     r"^(?:export )?const ([A-Z][A-Z0-9_]*_(?:MS|S|PX)) = ([\d_.]+|\[[\d_., ]+\]);(?: // (.*))?$"
 )
 _GENERAL = len(TABLE) - len(PROFILES) * len(PROFILE_ROWS)
 
+HIGHEST = {
+    "STEP_FORWARD_MAX_MS": "step_forward_ms",
+    "STEP_TURN_MAX_MS": "step_turn_limit_ms",
+    "SUPERVISION_MAX_MS": "supervision_ms",
+    "AUTO_MM_S": "auto_mm_s",
+    "AUTO_LIMIT_MAX_S": "auto_limit_s",
+}
+"""Limits that are the highest value of a setting of the board."""
+REPEATED = {"AUTO_OVERRULED_MS": ("firmware/gazeboard/core/auto.py", "_OVERRULED_MS")}
+"""Limits that the firmware uses by another name only: the file and that name."""
+_UNWRAPPED = {"const": "", "math.radians": " degrees", "np.radians": " degrees"}
+
 _HEAD = """# Numbers
 
-Every limit, setting and timing of the product: its meaning, who uses it, which tests name it.
-Generated from the code by `tools/docs`; a test compares. A number has one home: the numbers behind
-the promises are compiled into the board (`limits`), those that an installation may choose are
-settings of the board, and the others are in the code that uses them."""
+Every limit and setting, and every number whose name ends in a unit: its meaning, who uses it, which
+tests name it. Generated from the code by `tools/docs`; a test compares. A number has one home: the
+numbers behind the promises are compiled into the board (`limits`), those that an installation may
+choose are settings of the board, and the others are in the code that uses them."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +57,30 @@ class Number:
 def limits() -> list[Number]:
     """The limits compiled into the board."""
     return list(_named(_LIMITS, re.compile(r"[A-Z][A-Z0-9_]*")))
+
+
+def board_timings() -> list[Number]:
+    """Numbers with a unit or a scale in their name in the firmware that is flashed."""
+    firmware = ROOT / "firmware"
+    flashed = [firmware / path for path in find_sources().files if path.startswith("gazeboard/")]
+    found: list[Number] = []
+    for file in flashed:
+        if file != _LIMITS:
+            no_quantity = _no_quantities(ast.parse(file.read_text()))
+            found += [one for one in _named(file, _SCALED) if one.name not in no_quantity]
+    return found
+
+
+def _no_quantities(tree: ast.AST) -> set[str]:
+    """Names of places in an array, `w[_REST_MS]` or `w[side + _HOLD_MS]`, and private names that
+    their file does not use: of places that are reached from a neighbour."""
+    names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    read = {name.id for name in names if isinstance(name.ctx, ast.Load)}
+    unread = {name.id for name in names if name.id[0] == "_"} - read
+    places = [node.slice for node in ast.walk(tree) if isinstance(node, ast.Subscript)]
+    sums = [place for place in places if isinstance(place, ast.BinOp)]
+    terms = [*places, *(term for place in sums for term in (place.left, place.right))]
+    return unread | {term.id for term in terms if isinstance(term, ast.Name)}
 
 
 def host_timings() -> list[Number]:
@@ -64,7 +103,7 @@ def page_timings() -> list[Number]:
 def _named(file: Path, pattern: re.Pattern[str]) -> Iterator[Number]:
     lines = file.read_text().splitlines()
     body = ast.parse("\n".join(lines)).body
-    for node, below in zip(body, [*body[1:], None], strict=True):
+    for node, below in zip(body, [*body, None][1:], strict=True):
         if not isinstance(node, ast.Assign):
             continue
         for name, number in _assigned(node):
@@ -93,11 +132,13 @@ def _text(node: ast.stmt | None) -> str:
 
 def _value(node: ast.expr) -> str:
     """The number or numbers as written, without `const`; "" for anything else."""
-    if isinstance(node, ast.Call) and ast.unparse(node.func) == "const":
+    text = ast.unparse(node)
+    if isinstance(node, ast.Call) and ast.unparse(node.func) in _UNWRAPPED:
+        text = ast.unparse(node.args[0]) + _UNWRAPPED[ast.unparse(node.func)]
         node = node.args[0]
     number = (ast.Constant, ast.UnaryOp, ast.BinOp, ast.operator, ast.unaryop)
     inside = (*number, ast.Tuple, ast.expr_context)
-    return ast.unparse(node) if all(isinstance(part, inside) for part in ast.walk(node)) else ""
+    return text if all(isinstance(part, inside) for part in ast.walk(node)) else ""
 
 
 def _comment(lines: list[str], at: int, name: str, below: str) -> str:
@@ -183,7 +224,7 @@ def render() -> str:
             f"`{n.name}`",
             n.value,
             n.meaning,
-            _links(code.of(n.name, [_LIMITS])),
+            _enforced(n.name, code),
             _links(tests.of(n.name)),
         )
         for n in limits()
@@ -225,8 +266,11 @@ def render() -> str:
 
 
 def _sections() -> Iterator[str]:
-    """The host's numbers and the pages'."""
+    """The numbers of the board, of the host and of the pages."""
     tests = Tests("tests/**/*.py")
+    yield "## Timings and thresholds of the board"
+    yield "In the code that uses them. `_Q4`: 1/16 of a unit; `_Q8`: 1/256; `_Q10`: 1/1024."
+    yield _of_files(board_timings(), tests)
     host = host_timings()
     yield "## Timings and sizes of the host"
     yield _of_files([number for number in host if number.name[0] != "_"], tests)
@@ -234,6 +278,16 @@ def _sections() -> Iterator[str]:
     yield _of_files([number for number in host if number.name[0] == "_"], tests)
     yield "## Timings of the pages"
     yield _of_files(page_timings(), Tests("tests/web/*.py"))
+
+
+def _enforced(limit: str, code: Mentions) -> str:
+    """Where the firmware or the settings table uses a limit."""
+    if limit in HIGHEST:
+        return f"`{_SETTINGS.name}` (highest `{HIGHEST[limit]}`)"
+    if limit in REPEATED:
+        path, name = REPEATED[limit]
+        return f"`{Path(path).name}` (`{name}`)"
+    return _links(code.of(limit, [_LIMITS]))
 
 
 def _setting(

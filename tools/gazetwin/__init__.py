@@ -1,1 +1,1 @@
-"""The chair's twin compared with the published turns of the first prototype: fit and plots."""
+"""The chair's twin compared with the published turns of the first prototype: tables and plots."""

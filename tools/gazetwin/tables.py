@@ -12,7 +12,7 @@ _FITTED = ("dead_time_s", "deadband", "lag_s", "accelerate", "brake", "friction"
 
 
 def chair(turn: Axis) -> str:
-    """The fitted numbers of a chair, on one line."""
+    """The parameters of a chair's turns, on one line."""
     return ", ".join(f"{name} {getattr(turn, name):.3g}" for name in _FITTED)
 
 
