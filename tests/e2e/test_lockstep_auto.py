@@ -47,9 +47,9 @@ class Going(Lockstep):
             return
         control = self.host.control
         if self.plans and self.now_ms % 20 == 0:
-            world = control.world()
-            if world.mode:
-                control.mode_says(world.mode, world.press, self.wish, self.now_s() + LIFE_S)
+            context = control.mode_context()
+            if context.mode:
+                control.mode_says(context.mode, context.press, self.wish, self.now_s() + LIFE_S)
         if self.looks and self.page.alive and self.now_ms % 250 == 0:
             self.page.look()
 

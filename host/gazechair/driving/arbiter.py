@@ -34,10 +34,10 @@ from gazechair.driving.messages import (
     UseMode,
     Watch,
 )
+from gazechair.driving.mode_context import Wish
 from gazechair.driving.press import DrivingPress, Presses
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.tokens import Tokens
-from gazechair.driving.world import Wish
 from gazelink import codes
 
 LOOK_S = 0.025  # longest interval between calls of tick()

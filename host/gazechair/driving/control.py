@@ -19,13 +19,13 @@ from gazechair.driving import error_handler
 from gazechair.driving.arbiter import LOOK_S, Arbiter
 from gazechair.driving.driver_port import Message
 from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessage, UseMode, parse
+from gazechair.driving.mode_context import ModeContext, Wish, sensed
 from gazechair.driving.needs import Calls, Link
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.shown_state import board_words, bypass_ms
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.driving.stop_seen import StopSeen
 from gazechair.driving.untuned import StepTurns, slowed
-from gazechair.driving.world import Wish, World, sensed
 from gazechair.people.profiles import ProfileRefused, Profiles, house_fields
 from gazechair.sensing.clearance.shown import shown
 from gazelink import codes
@@ -170,7 +170,7 @@ class Control:
             self._arbiter.mode_says(mode, number, wish, till_s, now_s, reached)
             self._tell_board()
 
-    def world(self) -> World:
+    def mode_context(self) -> ModeContext:
         """What modes may know now."""
         with self._lock:
             (mode, press), cap = self._arbiter.mode_press, self._arbiter.cap_permille

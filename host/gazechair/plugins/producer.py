@@ -11,9 +11,9 @@ from typing import Protocol
 
 from gazechair.base.latest_value import Clock
 from gazechair.driving.messages import LET_GO, STOP, Beat, Drive, PageMessage, UseMode
+from gazechair.driving.mode_context import Wish
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.tokens import VALID_S
-from gazechair.driving.world import Wish
 from gazechair.plugins.contract import DIRECTIONS, Intent
 from gazechair.plugins.exchange import AUTO_LIFE_S, LIFE_S, BadValue, Value, unpack
 from gazelink import codes

@@ -9,7 +9,7 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.config.configuration import FootprintConfig, LidarConfig
-from gazechair.driving.world import Wish, World
+from gazechair.driving.mode_context import ModeContext, Wish
 from gazechair.producers import exchange
 from gazechair.producers.contract import Said
 from gazechair.producers.places import Target
@@ -59,10 +59,10 @@ class Chair:
         if wish is None and not reached:
             self.ended.append((mode, number))
 
-    def world(self) -> World:
+    def mode_context(self) -> ModeContext:
         nothing = dict.fromkeys(SEES)
         known = (True, 0.0, 0.0, nothing, SEES)
-        return World(self._mode, self._press, self.now_s, *known, self.cap_permille)
+        return ModeContext(self._mode, self._press, self.now_s, *known, self.cap_permille)
 
     def _tick(self) -> None:
         for service in self._services.values():

@@ -14,7 +14,7 @@ Wish = tuple[int, int] | None
 
 
 @dataclass(frozen=True)
-class World:
+class ModeContext:
     """What modes may know: the press, the board's state, and the clearance."""
 
     mode: str
@@ -43,9 +43,9 @@ def sensed(
     now_s: float,
     old_s: float,
     cap_permille: int,
-) -> World:
-    """The world at `now_s`; a clearance older than `old_s` is none."""
-    return World(
+) -> ModeContext:
+    """What modes may know at `now_s`; a clearance older than `old_s` is none."""
+    return ModeContext(
         mode,
         press,
         0.0 if state is None else state.received_s,
