@@ -140,11 +140,11 @@ export class Joystick {
     this.#push({ linear: linear * KEY_PERMILLE, turn: turn * KEY_PERMILLE }, fresh);
   }
 
-  #push(wish, fresh) {
-    this.#now = wish;
+  #push(out, fresh) {
+    this.#now = out;
     if (!fresh) return; // the next heartbeat sends it: newest wins
     this.#sendAt = performance.now() + this.#heartbeatMs;
-    this.#on.drive(wish.linear, wish.turn, true);
+    this.#on.drive(out.linear, out.turn, true);
   }
 
   #show(x, y) {

@@ -19,7 +19,7 @@ from gazechair.driving import error_handler
 from gazechair.driving.arbiter import LOOK_S, Arbiter
 from gazechair.driving.driver_port import Message
 from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessage, UseMode, parse
-from gazechair.driving.mode_context import ModeContext, Wish, sensed
+from gazechair.driving.mode_context import ModeContext, ModeOutput, sensed
 from gazechair.driving.needs import Calls, Link
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.shown_state import board_words, bypass_ms
@@ -161,13 +161,13 @@ class Control:
         self._plugins = rows
 
     def mode_says(
-        self, mode: str, number: int, wish: Wish, till_s: float, reached: bool = True
+        self, mode: str, number: int, output: ModeOutput, till_s: float, reached: bool = True
     ) -> None:
         """The output of `mode` in its press `number`; see Arbiter.mode_says."""
         with self._lock:
             now_s = self._clock()
             self._hear_board(now_s)
-            self._arbiter.mode_says(mode, number, wish, till_s, now_s, reached)
+            self._arbiter.mode_says(mode, number, output, till_s, now_s, reached)
             self._tell_board()
 
     def mode_context(self) -> ModeContext:
@@ -285,11 +285,11 @@ class Control:
     def profiles(self) -> Message:
         return self._profiles.as_json()
 
-    def change_profile(self, wish: Message, role: str) -> Message:
+    def change_profile(self, request: Message, role: str) -> Message:
         try:
             if role == "viewer":
                 raise ProfileRefused("not_allowed", "a viewer changes nothing")
-            return self._profiles.change(wish, role == "caretaker")
+            return self._profiles.change(request, role == "caretaker")
         except ProfileRefused as refusal:
             return {"reason": refusal.reason, "detail": str(refusal)}
 

@@ -9,7 +9,7 @@ from gazechair.board.state import BoardState
 from gazechair.sensing.clearance.shown import shown
 from gazelink import codes
 
-Wish = tuple[int, int] | None
+ModeOutput = tuple[int, int] | None
 """A mode's output: linear and turn, permille; None: it has ended."""
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.config.configuration import FootprintConfig, LidarConfig
-from gazechair.driving.mode_context import ModeContext, Wish
+from gazechair.driving.mode_context import ModeContext, ModeOutput
 from gazechair.producers import exchange
 from gazechair.producers.contract import Said
 from gazechair.producers.places import Target
@@ -48,7 +48,7 @@ class Chair:
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
 
-    def mode_says(self, mode: str, number: int, wish: Wish, *_more: object) -> None: ...
+    def mode_says(self, mode: str, number: int, output: ModeOutput, *_more: object) -> None: ...
 
     def mode_context(self) -> ModeContext:
         nothing = dict.fromkeys(SEES)

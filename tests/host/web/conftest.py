@@ -218,8 +218,8 @@ class FakeSteps:
     def status(self) -> dict[str, Any]:
         return {"steps": [{"step": "versions", "done": True}], "run": {"step": ""}}
 
-    def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None:
-        self.heard.append(wish)
+    def ask(self, request: dict[str, Any]) -> tuple[str, str] | None:
+        self.heard.append(request)
         return self.refusal
 
 
