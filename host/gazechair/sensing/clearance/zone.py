@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.board.zone import BoardZone
 from gazelink import codes, zone
 
 _MM = 1000.0
@@ -82,3 +83,17 @@ class StopZone:
 
 
 UNKNOWN = StopZone()
+
+
+def to_hex(zone: BoardZone) -> list[str]:
+    """The points of `zone` as they are sent to a child process."""
+    return [one.hex() for one in zone.points]
+
+
+def from_hex(points: Sequence[str]) -> tuple[BoardZone, StopZone]:
+    """The zone in `points` of to_hex: as sent by the board, and to look up in.
+
+    Raises ValueError or TypeError.
+    """
+    zone = BoardZone(tuple(bytes.fromhex(one) for one in points))
+    return zone, StopZone(zone.points) if zone.points else UNKNOWN

@@ -75,12 +75,12 @@ class MapDesk:
         """A map as a zip file of what ROS reads. Raises EditRefused."""
         home = self._usable(id_).map
         assert home is not None
-        return packed_map.packed(home)
+        return packed_map.pack(home)
 
     def add(self, data: bytes) -> str:
         """Add the map in a zip file (see `files`); returns its id. Raises EditRefused."""
         try:
-            return self._store.add(packed_map.unpacked(data))
+            return self._store.add(packed_map.unpack(data))
         except RosMapError as error:
             raise EditRefused(error.reason, str(error)) from None
 
