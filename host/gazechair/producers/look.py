@@ -29,7 +29,7 @@ from gazechair.producers.moved_by_others import Standing
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture, spot_over_picture
 from gazechair.producers.ride import POSE_LOST, Ride
-from gazechair.producers.track import MapTrack, pose_of
+from gazechair.producers.track import MapTrack
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.stored.places import Area
 from gazechair.sensing.mapping.stored.store import MapStore
@@ -126,7 +126,7 @@ class LookProducer(SpotProducer):
             return self._over(POSE_LOST)
         if self._redrawn(now_s):
             return self._over(CHANGED)
-        pose = pose_of(newest)
+        pose = newest.pose()
         at = float(pose[0]), float(pose[1]), float(pose[2])
         said = self._ride.step(mission, found[2], at, newest, now_s)
         if said.stick is None:
@@ -219,7 +219,7 @@ class LookProducer(SpotProducer):
         newest, in_map = self._map_track.newest, self._map_track.pose(self._map, now_s)
         if newest is None or in_map is None:
             return []
-        pose = pose_of(newest)
+        pose = newest.pose()
         corners = (np.array(area.corners_m) for area in self._avoided)
         return [to_frame(from_frame(one, in_map), pose) for one in corners]
 
@@ -243,7 +243,7 @@ class LookProducer(SpotProducer):
         newest = self._track.newest
         if newest is None or self._camera is None or self._found is None:
             return {}
-        pose = pose_of(newest)
+        pose = newest.pose()
         there = np.array((self._found[2][:2],))
         shown: dict[str, Any] = {
             "px": over_picture(self._camera, way_m, pose),

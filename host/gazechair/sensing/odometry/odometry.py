@@ -94,6 +94,10 @@ class Estimate:
     track: int
     """Number of the start: positions of different tracks are unrelated."""
 
+    def pose(self) -> FloatArray:
+        """(3,): x, y in metres, heading in radians, full turns counted."""
+        return np.array((self.x_m, self.y_m, math.radians(self.heading_deg)))
+
 
 @dataclass(frozen=True)
 class _Fitted:

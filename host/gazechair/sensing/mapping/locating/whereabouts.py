@@ -60,7 +60,7 @@ def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
     age_s = estimate.time_s - fix.time_s
     if estimate.track != fix.track or abs(age_s) > CONFIRMED_S:
         return None
-    here = _pose(estimate.x_m, estimate.y_m, estimate.heading_deg)
+    here = estimate.pose()
     moved = between(_pose(*fix.odometry), here)
     x_m, y_m, heading_rad = compose(_pose(fix.x_m, fix.y_m, fix.heading_deg), moved).tolist()
     way_m, turned_deg = math.hypot(moved[0], moved[1]), abs(math.degrees(moved[2]))
