@@ -51,8 +51,6 @@ class Whereabouts:
     sigma_deg: float
     explained: float
     """Share of the look that the map explains, 0..1; low in a crowd, or where much was moved."""
-    confirmed_s: float
-    """Monotonic time of the last confirmation by the map; since then by odometry alone."""
 
 
 def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
@@ -73,7 +71,6 @@ def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
         math.hypot(fix.sigma_m, _DRIFT * way_m),
         math.hypot(fix.sigma_deg, _DRIFT * turned_deg),
         fix.explained,
-        fix.time_s,
     )
 
 
