@@ -36,7 +36,7 @@ class Stopping:
         self.stops: FloatArray = rows[:, 1] / unit
         """Distance from the decision until the chair stands, margin included."""
         self.times_s: FloatArray = rows[:, 2] / 1000.0
-        self.told: FloatArray = rows[:, 3] / unit
+        self.permits_at: FloatArray = rows[:, 3] / unit
         """Clearance with which the board permits that speed, and no higher one."""
         self.margin = float(self.stops[zone.STANDING])
         self.zone = float(self.stops[zone.FULL])
