@@ -20,8 +20,8 @@ from gazechair.driving.control import Control
 from gazechair.plugins import NOTHING, STOP, choose, drive, hold, step
 from gazechair.plugins.exchange import BadValue, Value
 from gazechair.plugins.producer import InputProducer, ModeProducer
-from gazecontract.fuzz_oracle import Oracle, PressKey, Violation
 from gazecontract.fuzz_speakers import ROLES, Device, Link, Page, meaning_of, motion_of
+from gazecontract.producer_oracle import Oracle, PressKey, Violation
 from gazelink import codes
 
 _MODES = ("ahead", "round")
