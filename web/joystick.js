@@ -1,5 +1,6 @@
-// An on-screen joystick: proportional, springs back, drives only while touched or a key is pressed,
-// or while its other hand, a gamepad's stick, leans.
+// An on-screen joystick: proportional, springs back.
+// It drives only while touched, while a key is pressed, or while its other hand, a gamepad's
+// stick, leans.
 
 /** Dead zone, as a fraction. */
 const DEAD = 0.1;
