@@ -179,9 +179,9 @@ class FirstDriveRig(ChairRig):
         """GET /first-drive, by step."""
         return {row["step"]: row for row in self.guide.status()["steps"]}
 
-    def post(self, **wish: Any) -> str:
+    def post(self, **posted: Any) -> str:
         """POST /first-drive, and the step's end: "" or the reason why not."""
-        refused = self.guide.ask(wish)
+        refused = self.guide.ask(posted)
         return refused[0] if refused else self._finish()
 
     def hold(self, step: str) -> str:

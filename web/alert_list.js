@@ -47,8 +47,8 @@ export class AlertList {
     this.#post({ test: true });
   }
 
-  #post(wish) {
-    this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
+  #post(request) {
+    this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(request) });
   }
 
   /** Answers may overtake each other: only that of the newest request is shown. */

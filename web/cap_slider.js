@@ -11,14 +11,14 @@ export class CapSlider {
   #held = false; // a finger or the mouse is on it, perhaps at rest
   #movedMs = -Infinity;
 
-  /** `wish(permille)` receives a new cap, when the slider is released. */
-  constructor(strings, wish) {
+  /** `send(permille)` receives a new cap, when the slider is released. */
+  constructor(strings, send) {
     this.#strings = strings;
     const slider = this.#slider;
     slider.addEventListener("pointerdown", () => (this.#held = true));
     for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => this.#letGo());
     slider.addEventListener("input", () => this.#moved());
-    slider.addEventListener("change", () => wish(Number(slider.value)));
+    slider.addEventListener("change", () => send(Number(slider.value)));
   }
 
   /** The host's cap. */

@@ -1,5 +1,5 @@
-// An auto motion on the caretaker's page: goal, path, why it stands; a pause. It comes last, and
-// keeps its place: nothing moves under a finger.
+// An auto motion on the caretaker's page: goal, path, why it stands; a pause.
+// It comes last, and keeps its place: nothing moves under a finger.
 
 import { ARRIVED, goingWords } from "./going.js";
 import { atTouch } from "./held.js";

@@ -152,8 +152,8 @@ export class PersonSettings {
     return this.#change({ choose: id });
   }
 
-  async #change(wish) {
-    const reason = await this.#profiles.change(wish);
+  async #change(request) {
+    const reason = await this.#profiles.change(request);
     if (reason) this.#refuse(reason);
     this.#show();
   }

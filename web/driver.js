@@ -107,8 +107,8 @@ const targets = new Targets({
     driving = true;
     if (practice.armed || state?.you) tones.play("start");
   },
-  stop(wished) {
-    if (wished) stopSeen.asked(socket.send("stop"), performance.now());
+  stop(chosen) {
+    if (chosen) stopSeen.asked(socket.send("stop"), performance.now());
     // Another driver is stopped by looking at Stop, not by looking away from this page.
     else if (!plugins.part?.auto(asked) && (state?.you ?? true)) socket.send("stop");
     ended();
@@ -244,8 +244,8 @@ function switchOff() {
 /** This page owns the chair, or practises: only this page changes how it drives. */
 const drives = () => Boolean(state?.you) || practice.armed || targets.holding;
 
-async function change(wish) {
-  const reason = await profiles.change(wish, drives);
+async function change(edit) {
+  const reason = await profiles.change(edit, drives);
   if (reason) notice("refused", reason);
   applyProfile();
 }

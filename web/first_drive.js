@@ -99,9 +99,9 @@ class FirstDrive {
     this.#rows.get(this.#open).refusal = "";
   }
 
-  #post(wish) {
+  #post(request) {
     this.#forget();
-    return this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
+    return this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(request) });
   }
 
   /** Resolves to the reason of a refusal as text; undefined: done. */

@@ -1,5 +1,6 @@
-// An on-screen joystick: proportional, springs back, drives only while touched or a key is pressed,
-// or while its other hand, a gamepad's stick, leans.
+// An on-screen joystick: proportional, springs back.
+// It drives only while touched, while a key is pressed, or while its other hand, a gamepad's
+// stick, leans.
 
 /** Dead zone, as a fraction. */
 const DEAD = 0.1;
@@ -140,11 +141,11 @@ export class Joystick {
     this.#push({ linear: linear * KEY_PERMILLE, turn: turn * KEY_PERMILLE }, fresh);
   }
 
-  #push(wish, fresh) {
-    this.#now = wish;
+  #push(out, fresh) {
+    this.#now = out;
     if (!fresh) return; // the next heartbeat sends it: newest wins
     this.#sendAt = performance.now() + this.#heartbeatMs;
-    this.#on.drive(wish.linear, wish.turn, true);
+    this.#on.drive(out.linear, out.turn, true);
   }
 
   #show(x, y) {

@@ -33,7 +33,7 @@ export const nameField = (words) => {
   return made;
 };
 
-/** `on`: post(wish), true when it is done; tell(text); changed(). */
+/** `on`: post(request), true when it is done; tell(text); changed(). */
 export class MapTools {
   #words;
   #on;
@@ -106,9 +106,9 @@ export class MapTools {
     );
   }
 
-  #row(icon, text, wish) {
+  #row(icon, text, request) {
     const label = (key) => this.#words.label(key);
-    const act = () => this.#on.post(wish);
+    const act = () => this.#on.post(request);
     const item = element("li");
     const remove = sureButton(label("maps_remove"), label("maps_sure"), act);
     item.append(sign(icon), element("p", "", text), remove);
@@ -119,10 +119,10 @@ export class MapTools {
     return button(this.#words.label(key), act, "strong");
   }
 
-  async #post(wish) {
+  async #post(request) {
     const points = this.#points;
     // Keep a drawing that was started meanwhile.
-    if ((await this.#on.post(wish)) && points === this.#points) this.take("");
+    if ((await this.#on.post(request)) && points === this.#points) this.take("");
   }
 
   #spot() {

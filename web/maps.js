@@ -46,7 +46,7 @@ class Maps {
     canvas.ariaLabel = label("maps_picture");
     this.#view = new MapView(canvas, (x, y) => this.#details && this.#tools.tapped(x, y));
     this.#tools = new MapTools(words, {
-      post: (wish) => this.#post({ map: this.#chosen, ...wish }),
+      post: (request) => this.#post({ map: this.#chosen, ...request }),
       tell: (text) => this.#tell(text),
       changed: () => this.#arrange(),
     });
@@ -105,7 +105,7 @@ class Maps {
     const name = nameField(this.#words);
     this.#parts.name = name;
     const buttons = element("p", "buttons");
-    const act = (wish) => this.#post({ map: this.#chosen, ...wish });
+    const act = (request) => this.#post({ map: this.#chosen, ...request });
     const sure = label("maps_sure");
     this.#parts.back = sureButton(label("maps_back"), sure, () => act({ back: true }));
     const file = () => download(`/maps/${this.#chosen}.zip`);
@@ -138,9 +138,10 @@ class Maps {
   }
 
   /** True when the host has done it. */
-  async #post(wish) {
+  async #post(request) {
     this.#tell("");
-    return this.#send("/maps", { method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
+    const body = JSON.stringify(request);
+    return this.#send("/maps", { method: "POST", headers: JSON_TYPE, body });
   }
 
   async #send(path, request) {

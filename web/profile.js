@@ -49,11 +49,11 @@ export class Profiles {
    * Requests a change, see POST /profiles; null, or the reason of a refusal. With `alone`, others'
    * changes are left for the next reload: the revision stays the old one.
    */
-  async change(wish, alone = () => false) {
-    const body = JSON.stringify(wish);
+  async change(edit, alone = () => false) {
+    const body = JSON.stringify(edit);
     const answer = await ask({ method: "POST", headers: JSON_TYPE, body });
     if (!answer.profiles) return answer.reason;
-    if (wish.save && alone()) this.#save(wish.save);
+    if (edit.save && alone()) this.#save(edit.save);
     else this.#table = answer;
     return null;
   }

@@ -4,9 +4,9 @@
 export const HOME = "nl";
 const RETRY_MS = 2000;
 
-/** The language asked for in the address (?lang=en), else `wish` ("en", "en-GB"), else Dutch. */
-export function chosenLanguage(search, wish = HOME) {
-  const asked = new URLSearchParams(search).get("lang") ?? wish;
+/** The language asked for in the address (?lang=en), else `lang` ("en", "en-GB"), else Dutch. */
+export function chosenLanguage(search, lang = HOME) {
+  const asked = new URLSearchParams(search).get("lang") ?? lang;
   return /^[a-z]{2}(?=-|$)/.exec(asked)?.[0] ?? HOME;
 }
 
@@ -80,10 +80,10 @@ export async function tableOf(language, ...part) {
  * A page's texts, trying again until the host answers. `more` names a second file of texts, for a
  * page with more texts than the driver's ("care": nl-care.json).
  */
-export async function loadStrings(wish, more) {
+export async function loadStrings(lang, more) {
   for (;;) {
     try {
-      const { language, ...table } = await tableOf(wish);
+      const { language, ...table } = await tableOf(lang);
       const others = more && (await tableOf(language, more));
       for (const kind in table) Object.assign(table[kind], others?.[kind]);
       return new Strings(language, table);

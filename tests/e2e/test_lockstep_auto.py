@@ -22,9 +22,9 @@ LIFE_S = 0.15
 class Going(Lockstep):
     """A chair that drives by itself: its planner says the same in each 20 ms."""
 
-    def __init__(self, wish: tuple[int, int] = (400, 0)) -> None:
+    def __init__(self, output: tuple[int, int] = (400, 0)) -> None:
         super().__init__()
-        self.wish = wish
+        self.output = output
         self.plans = True
         self.looks = True
         self.watchers.append(self._act)
@@ -47,9 +47,9 @@ class Going(Lockstep):
             return
         control = self.host.control
         if self.plans and self.now_ms % 20 == 0:
-            world = control.world()
-            if world.mode:
-                control.mode_says(world.mode, world.press, self.wish, self.now_s() + LIFE_S)
+            context = control.mode_context()
+            if context.mode:
+                control.mode_says(context.mode, context.press, self.output, self.now_s() + LIFE_S)
         if self.looks and self.page.alive and self.now_ms % 250 == 0:
             self.page.look()
 

@@ -67,4 +67,4 @@ def test_the_processes_find_a_chair_that_stands_there(tmp_path: Path) -> None:
     assert where.map == newest["map"] == "a"
     assert math.hypot(where.x_m - newest["x_m"], where.y_m - newest["y_m"]) < 0.05
     assert abs(where.heading_deg - newest["heading_deg"]) < 2.0
-    assert time.monotonic() - where.confirmed_s < 5.0
+    assert time.monotonic() - where.time_s < 5.0

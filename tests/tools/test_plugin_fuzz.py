@@ -12,7 +12,7 @@ from gazechair.driving.control import Control
 from gazechair.driving.press import DrivingPress, Presses
 from gazechair.plugins import producer
 from gazecontract.fuzz import fuzz
-from gazecontract.fuzz_oracle import Violation
+from gazecontract.producer_oracle import Violation
 
 
 def test_nothing_that_is_said_moves_the_chair_against_the_promises() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gazechair.sensing.mapping.stored.home_map import HomeMap
-from gazechair.sensing.mapping.stored.packed_map import unpacked
+from gazechair.sensing.mapping.stored.packed_map import unpack
 from gazechair.sensing.mapping.stored.ros_map import files_of
 from layoutshift import WATCH, take
 from mapanswers import DETAILS, GRID, PICTURE, ROW, WHERE
@@ -247,7 +247,7 @@ def test_a_caretaker_brings_a_map_of_files(caretaker):
         page.locator(f"#maps {name}").bounding_box() for name in (".told", "button.import")
     )
     assert 0 < line["y"] - press["y"] < 70  # next to the pressed button: never scrolled away
-    found = unpacked(host.files[-1])
+    found = unpack(host.files[-1])
     assert found.name == "Kantoor"
     assert (found.grid.occupied == GRID.occupied).all()
     assert page.locator("#maps select").first.input_value() == "b2"

@@ -81,8 +81,8 @@ class PluginChair(ChairRig):
         self._life = None
 
     def _ask(self) -> None:
-        word = json.loads(word_of(self.control.world()))
-        if self.control.world().mode != self._name:
+        word = json.loads(word_of(self.control.mode_context()))
+        if self.control.mode_context().mode != self._name:
             word["press"] = 0
         said = self._say({**word, "now_s": self.now_s()})
         if said is None:

@@ -20,8 +20,8 @@ from gazechair.driving.control import Control
 from gazechair.plugins import NOTHING, STOP, choose, drive, hold, step
 from gazechair.plugins.exchange import BadValue, Value
 from gazechair.plugins.producer import InputProducer, ModeProducer
-from gazecontract.fuzz_oracle import Oracle, PressKey, Violation
 from gazecontract.fuzz_speakers import ROLES, Device, Link, Page, meaning_of, motion_of
+from gazecontract.producer_oracle import Oracle, PressKey, Violation
 from gazelink import codes
 
 _MODES = ("ahead", "round")
@@ -284,17 +284,17 @@ class Fuzz:
 
     def _mode_speaks(self) -> None:
         c = self._chance
-        world = self._control.world()
-        name = world.mode if world.mode in _MODES and c.random() < 0.9 else c.choice(_MODES)
-        number = world.press if c.random() < 0.9 else c.randint(0, 1 + world.press)
+        context = self._control.mode_context()
+        name = context.mode if context.mode in _MODES and c.random() < 0.9 else c.choice(_MODES)
+        number = context.press if c.random() < 0.9 else c.randint(0, 1 + context.press)
         late_s = c.choice((0.0, 0.0, 0.02, 0.24, 0.26))
         intent = NOTHING if c.random() < 0.02 else drive(c.randint(-1000, 1000), c.randint(-50, 50))
         birth_s = self._now_s - late_s
         if intent == NOTHING:
             birth_s = self._now_s
-            if (world.mode, world.press) == (name, number):
+            if (context.mode, context.press) == (name, number):
                 self.oracle.mode_ends(name)
-        elif (world.mode, world.press) == (name, number):
+        elif (context.mode, context.press) == (name, number):
             out = (intent.linear_permille, intent.turn_permille)
             self.oracle.steers(name, number, out, birth_s)
         self.messages += 1

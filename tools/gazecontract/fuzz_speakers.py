@@ -9,7 +9,7 @@ from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Comm
 from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.plugins import NOTHING, Intent
 from gazechair.plugins.producer import InputProducer
-from gazecontract.fuzz_oracle import Motion
+from gazecontract.producer_oracle import Motion
 from gazelink import codes
 from gazesim.board_limits import LIMITS
 

@@ -16,10 +16,10 @@ from gazechair.config.configuration import Config
 from gazechair.driving.control import Control
 from gazechair.driving.driver_port import DriverPort
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
+from gazechair.sensing.lidar import zone_message
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import Pose, Scan, to_chair
 from gazechair.sensing.lidar.stream import ByteStream
-from gazechair.sensing.lidar.told import said, understood
 from gazechair.web.page_client import decode
 from gazelink import codes
 from gazesim.lockstep_link import LockstepLink
@@ -69,7 +69,7 @@ class Host:
             ask_lidar(_SCAN_REQUEST)
 
     def _zone_told(self, zone: BoardZone) -> None:
-        self.evaluate.zone = understood(said(zone))
+        self.evaluate.zone = zone_message.unpack(zone_message.pack(zone))
 
     def scan(self, sent: Sequence[bytes]) -> None:
         """Bytes from each lidar."""

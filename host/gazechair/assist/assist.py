@@ -9,7 +9,7 @@ from gazechair.assist.narrow import Narrow, narrow
 from gazechair.assist.near_returns import NearReturns
 from gazechair.assist.own_steering import OwnSteering
 from gazechair.assist.permits import Permits
-from gazechair.assist.ways import FROM_WISH_RAD, Way, Ways
+from gazechair.assist.ways import FROM_POINTED_RAD, Way, Ways
 from gazechair.base.footprint import Footprint
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
@@ -96,7 +96,7 @@ class _Press:
     number: int
     last_s: float
     """When it was last advised."""
-    wish_deg: float = 0.0
+    pointed_deg: float = 0.0
     """Where the driver points: a heading, not wrapped."""
     forgets_s: float = _FORGETS_S
     way: Way | None = None
@@ -186,9 +186,11 @@ class Assist:
             self._press = _Press(press, now_s, heading + aside_deg, forgets_s)
         self._straight_m = self._ways.straight_m(points)
         dt_s, self._press.last_s = min(0.2, now_s - self._press.last_s), now_s
-        self._press.wish_deg += (heading - self._press.wish_deg) * dt_s / self._press.forgets_s
+        self._press.pointed_deg += (
+            (heading - self._press.pointed_deg) * dt_s / self._press.forgets_s
+        )
         before = None if self._press.way is None else self._seen_from(heading)
-        wish = math.radians(self._press.wish_deg - heading)
+        pointed_rad = math.radians(self._press.pointed_deg - heading)
         if self._press.spot is not None:
             advice = self._turn_on_the_spot(heading, now_s, dt_s)
             if advice is not None:
@@ -199,7 +201,7 @@ class Assist:
         shut = self.permits.forward_m < _SHUT_M and not self._person
         turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
         place = None if shut else narrow(points, self._front_m, self._needs_m)
-        if place is not None and abs(place.aim_rad - wish) < share * FROM_WISH_RAD:
+        if place is not None and abs(place.aim_rad - pointed_rad) < share * FROM_POINTED_RAD:
             self._press.way = self._press.leg = None
             return self._thread(place, heading, now_s, dt_s)
         self._press.aimed_m = math.inf
@@ -211,7 +213,7 @@ class Assist:
         shut = now_s - self._press.shut_s < _SHUT_S
         if self._person:
             before = None  # it led to that person
-        self._press.way = self._ways.choose(points, wish, before, turns_deg, shut, share)
+        self._press.way = self._ways.choose(points, pointed_rad, before, turns_deg, shut, share)
         self._press.chosen_deg = heading
         return self._drive(self._press.way, now_s, dt_s)
 

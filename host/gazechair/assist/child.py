@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any, NoReturn
 
 from gazechair.assist.assist import Assist
-from gazechair.assist.word import Word, unpacked
+from gazechair.assist.message import Message, unpack
 from gazechair.base.newest_line import NewestLine
 from gazechair.base.supervisor import RecordWriter, child_main
 from gazechair.config.configuration import FootprintConfig
@@ -27,7 +27,7 @@ _OLD_S = 0.2  # older data in the inbox is useless
 
 
 class Advisor:
-    """Assist of one chair, fed with datagrams and the daemon's words. No clock, no process."""
+    """Assist of one chair, fed with datagrams and the daemon's messages. No clock, no process."""
 
     def __init__(self, argument: Mapping[str, Any]) -> None:
         """`argument`: lidars and footprint, as the daemon has them."""
@@ -36,7 +36,7 @@ class Advisor:
         corners = tuple(tuple(corner) for corner in fields["corners_m"])
         footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners}))
         self._assist = Assist(footprint, len(argument["lidars"]))
-        self._word = Word()
+        self._message = Message()
         self._turned = 0  # side of a turn held since the last decision
         self._heading_known = True  # by the newest motion
         self._straight = 0  # press in which the board permits no turn: its heading was lost
@@ -44,26 +44,26 @@ class Advisor:
     @property
     def held(self) -> bool:
         """True while assist has something to decide: the driver holds forward or a turn."""
-        return self._word.on and (self._word.press > 0 or self._word.turns != 0)
+        return self._message.on and (self._message.press > 0 or self._message.turns != 0)
 
     def hear(self, line: bytes) -> None:
-        """The daemon's newest word. A malformed one is ignored."""
+        """The daemon's newest message. A malformed one is ignored."""
         try:
-            word, zone = unpacked(line)
+            message, zone = unpack(line)
         except ValueError:
             return
-        if word.zone != self._word.zone:
+        if message.zone != self._message.zone:
             self._assist.permits.zone = zone
-        self._word = word
-        if word.turns or word.press not in (0, self._straight):
+        self._message = message
+        if message.turns or message.press not in (0, self._straight):
             self._straight = 0  # that press is over, and another one will have its number
         self._no_turns_without_heading()
-        self._turned = word.turns or self._turned
-        self._assist.permits.clearance = word.clearance
+        self._turned = message.turns or self._turned
+        self._assist.permits.clearance = message.clearance
 
     def take(self, datagram: bytes, now_s: float) -> None:
         """One datagram from the inbox."""
-        said = inbox.unpack(datagram) if self._word.on else None
+        said = inbox.unpack(datagram) if self._message.on else None
         if isinstance(said, Motion) and (said.heading_deg is None or said.time_s > now_s - _OLD_S):
             self._assist.motion(said)
             self._heading_known = said.heading_deg is not None
@@ -75,21 +75,21 @@ class Advisor:
 
     def say(self, now_s: float) -> list[Any]:
         """To send: [can advise, press, linear, turn, steers, monotonic s]; press 0: no advice."""
-        word = self._word
-        knows = word.on and self._assist.knows(now_s)
+        message = self._message
+        knows = message.on and self._assist.knows(now_s)
         if self._turned:  # even if the board ended it at once
             self._assist.turns_himself(self._turned, now_s)
-        self._turned = word.turns
-        steers = knows and word.press not in (0, self._straight)
-        advice = self._assist.advise(word.press, now_s) if steers else None
+        self._turned = message.turns
+        steers = knows and message.press not in (0, self._straight)
+        advice = self._assist.advise(message.press, now_s) if steers else None
         if advice is None:
             return [knows, 0, 0, 0, False, now_s]
         linear, turn = advice.linear_permille, advice.turn_permille
-        return [knows, word.press, linear, turn, advice.steers, now_s]
+        return [knows, message.press, linear, turn, advice.steers, now_s]
 
     def _no_turns_without_heading(self) -> None:
-        if not self._heading_known and self._word.press:
-            self._straight = self._word.press
+        if not self._heading_known and self._message.press:
+            self._straight = self._message.press
 
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:

@@ -64,7 +64,7 @@ class _Side:
         """A new clearance. Closes at once, opens after a while of `band` more than creep needs."""
         if self.stopping is None:
             return
-        least = float(self.stopping.told[CREEP])
+        least = float(self.stopping.permits_at[CREEP])
         if clearance < least:
             self.open = False
         if clearance < least + band:
@@ -123,7 +123,7 @@ class Permits:
         one = self._forward.stopping
         if clearance is None or one is None:
             return
-        if self.forward_m < float(one.told[CREEP]) + _AGAIN_M:
+        if self.forward_m < float(one.permits_at[CREEP]) + _AGAIN_M:
             self.shut_s = clearance.acquired_s
         for side, deg in zip((self._left, self._right), self.turns_deg, strict=True):
             side.free(deg, _AGAIN_DEG, clearance.acquired_s)
@@ -200,7 +200,7 @@ class Permits:
         if one.stopping is None:
             return False
         free_deg = self.turns_deg[0 if side > 0 else 1]
-        return one.open and free_deg >= float(one.stopping.told[CREEP]) + _AGAIN_DEG
+        return one.open and free_deg >= float(one.stopping.permits_at[CREEP]) + _AGAIN_DEG
 
     def on_the_spot(self, turn_permille: int) -> bool:
         """True if a turn with this output may begin or continue."""
@@ -208,7 +208,7 @@ class Permits:
         one = self._left if left else self._right
         if one.stopping is None or not one.open:
             return False
-        least_deg = max(float(one.stopping.told[CREEP]), one.stop(turn_permille))
+        least_deg = max(float(one.stopping.permits_at[CREEP]), one.stop(turn_permille))
         return self.turns_deg[0 if left else 1] > least_deg + _MORE_DEG
 
     def both(self, linear_permille: int, turn_permille: int) -> bool:

@@ -7,8 +7,8 @@ import threading
 from collections.abc import Callable
 from dataclasses import asdict, replace
 
+from gazechair.assist.message import Message, pack
 from gazechair.assist.steering import Advised, Steering
-from gazechair.assist.word import Word, packed
 from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.base.supervisor import Status
@@ -41,8 +41,8 @@ class AssistService(InboxService):
         self._health = health
         self._wanted = wanted
         self._steering = Steering()
-        self._lock = threading.Lock()  # guards the word
-        self._word = Word()
+        self._lock = threading.Lock()  # guards the message
+        self._message = Message()
         self._stopped = False
 
     def start(self) -> None:
@@ -70,14 +70,14 @@ class AssistService(InboxService):
     def zone(self, zone: BoardZone) -> None:
         """The board's new stopping distances and times. From any thread."""
         with self._lock:
-            self._word = replace(self._word, zone=zone)
+            self._message = replace(self._message, zone=zone)
             self._tell()
 
     def clearance(self, clearance: Clearance) -> None:
         """A new clearance, as sent to the board. From any thread."""
         with self._lock:
-            self._word = replace(self._word, clearance=clearance)
-            if self._word.on:
+            self._message = replace(self._message, clearance=clearance)
+            if self._message.on:
                 self._tell()
 
     def steer(self, command: Command, now_s: float) -> Command:
@@ -90,9 +90,9 @@ class AssistService(InboxService):
         press = command.edge if alive and steered.verb != command.verb else 0
         turns = _TURNS.get(command.verb, 0) if alive else 0
         with self._lock:
-            word = replace(self._word, on=wanted, press=press, turns=turns)
-            if word != self._word:
-                self._word = word
+            message = replace(self._message, on=wanted, press=press, turns=turns)
+            if message != self._message:
+                self._message = message
                 self._tell()
         return steered
 
@@ -104,7 +104,7 @@ class AssistService(InboxService):
 
     def _tell(self) -> None:
         if self._supervisor is not None and not self._stopped:
-            self._supervisor.tell(packed(self._word))
+            self._supervisor.tell(pack(self._message))
 
     def _on_data(self, payload: bytes) -> None:
         knows, press, linear, turn, steers, born_s = json.loads(payload)

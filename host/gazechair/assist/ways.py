@@ -12,7 +12,7 @@ from gazechair.assist.corridors import FARTHEST_M, Corridors
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint
 
 _MOST_DEG = 40  # to each side of the present heading
-FROM_WISH_RAD = math.radians(35.0)
+FROM_POINTED_RAD = math.radians(35.0)
 """The largest angle between a way and where the driver pointed."""
 _ASIDE_M = 0.6
 _SHIFTS_DEG = (3, 6, 12, 20, 30)  # of the first leg, to a corridor beside the present line
@@ -23,7 +23,7 @@ _TIGHT_GAPS_M = (0.004, 0.012, 0.024, 0.06)  # for a chair without side margin
 _WORTH = (0.35, 0.3, 0.2, 0.15)
 _WORTH_ALL = sum(_WORTH)
 _SAFE = 1  # index of the gap with which a corridor needs no correction
-_TURN, _TURN_BACK, _OFF_WISH = 0.5, 0.25, 0.7  # cost of a radian, metres
+_TURN, _TURN_BACK, _OFF_POINTED = 0.5, 0.25, 0.7  # cost of a radian, metres
 _SHIFT = 0.25  # cost of a metre aside, metres
 _ELSEWHERE_RAD = math.radians(4.0)  # with straight on shut, a way begins at least this far off
 _BETTER_M = 0.12  # a way must beat straight on by this much
@@ -78,7 +78,7 @@ class _Scores:
 
     free_m: list[FloatArray]
     """For each gap: in each direction, at each of _OFFSETS_M aside."""
-    off_wish: FloatArray
+    off_pointed: FloatArray
     may: BoolArray
     """Whether it is near enough to where the driver points."""
     may_first: BoolArray
@@ -106,11 +106,13 @@ class _Scores:
         first = np.arange(len(_DIRECTIONS)) + shift_deg
         there = (first >= 0) & (first < len(_DIRECTIONS))
         first = np.clip(first, 0, len(_DIRECTIONS) - 1)
-        towards = np.cos(self.off_wish)
+        towards = np.cos(self.off_pointed)
         score = self._worth([one[:, columns] for one in self.free_m], gone_m)
         score += _WORTH_ALL * first_m * towards[first][:, None]
         score -= (
-            _TURN * np.abs(_DIRECTIONS[first]) + _TURN_BACK * shift + _OFF_WISH * self.off_wish
+            _TURN * np.abs(_DIRECTIONS[first])
+            + _TURN_BACK * shift
+            + _OFF_POINTED * self.off_pointed
         )[:, None] + _SHIFT * aside_m
         possible = (there & self.may_first[first] & self.may)[:, None]
         possible = possible & (first_m + 0.05 <= self.free_m[0][first, _OWN][:, None])
@@ -123,14 +125,14 @@ class _Scores:
 
     def _alone(self) -> FloatArray:
         score = self._worth([one[:, [_OWN]] for one in self.free_m], np.zeros(()))[:, 0]
-        return score - (_TURN * np.abs(_DIRECTIONS) + _OFF_WISH * self.off_wish)
+        return score - (_TURN * np.abs(_DIRECTIONS) + _OFF_POINTED * self.off_pointed)
 
     def _as_before(self) -> BoolArray:
         assert self.before is not None
         return np.abs(_DIRECTIONS - self.before.then_rad) < _SAME_THEN_RAD
 
     def _worth(self, free_m: list[FloatArray], gone_m: FloatArray) -> FloatArray:
-        towards, total = np.cos(self.off_wish)[:, None], np.zeros(())
+        towards, total = np.cos(self.off_pointed)[:, None], np.zeros(())
         for one, weight in zip(free_m, _WORTH, strict=True):
             total = total + weight * np.clip(one - gone_m, 0.0, _HORIZON_M - gone_m) * towards
         return np.asarray(total)
@@ -155,7 +157,7 @@ class Ways:
     def choose(
         self,
         points_m: FloatArray,
-        wish_rad: float,
+        pointed_rad: float,
         before: Way | None,
         spot_deg: tuple[float, ...],
         shut: bool,
@@ -163,10 +165,10 @@ class Ways:
     ) -> Way | None:
         """The best way; None: straight on is as good.
 
-        `wish_rad`: where the driver points, relative to the present heading. `before`: the previous
-        way, relative to the same. `spot_deg`: how far the chair may turn on the spot, left and
-        right. `shut`: the board lets nothing begin straight ahead. `share` of the help, 0..1:
-        scales FROM_WISH_RAD.
+        `pointed_rad`: where the driver points, relative to the present heading. `before`: the
+        previous way, relative to the same. `spot_deg`: how far the chair may turn on the spot, left
+        and right. `shut`: the board lets nothing begin straight ahead. `share` of the help, 0..1:
+        scales FROM_POINTED_RAD.
         """
         widest = self._half_m + self._gaps_m[-1]
         near = points_m[points_m[:, 0] > -0.3]
@@ -177,15 +179,15 @@ class Ways:
         ]
         straight_m = float(free[0][_AHEAD, _OWN])
         surely_m = min(free[_SAFE][_AHEAD, _OWN], straight_m)
-        if not shut and surely_m > _SURE_M and abs(wish_rad) < _OFF_RAD:
+        if not shut and surely_m > _SURE_M and abs(pointed_rad) < _OFF_RAD:
             return None
-        off_wish = np.abs(_DIRECTIONS - wish_rad)
-        may = off_wish <= share * FROM_WISH_RAD
+        off_pointed = np.abs(_DIRECTIONS - pointed_rad)
+        may = off_pointed <= share * FROM_POINTED_RAD
         left, right = (math.radians(max(4.0, deg - 8.0)) for deg in spot_deg)
         may_first = may & (left > _DIRECTIONS) & (-right < _DIRECTIONS)
         if shut:
             may_first &= np.abs(_DIRECTIONS) >= _ELSEWHERE_RAD
-        scores = _Scores(free, off_wish, may, may_first, before)
+        scores = _Scores(free, off_pointed, may, may_first, before)
         ways = [scores.one_leg()]
         ways += [scores.two_legs(sign * deg) for deg in _SHIFTS_DEG for sign in (1, -1)]
         straight = -1.0 if shut else scores.straight_on()

@@ -71,12 +71,12 @@ class CaretakerSettings:
         with self._lock:
             return self._read()
 
-    def change(self, wishes: dict[str, Any]) -> dict[str, Any]:
-        """Set all `wishes` {name: whole number} and save them; returns as read().
+    def change(self, values: dict[str, Any]) -> dict[str, Any]:
+        """Set all `values` {name: whole number} and save them; returns as read().
 
         Everything is checked before anything changes. Raises SettingsRefused.
         """
-        changes = [_checked(name, value) for name, value in wishes.items()]
+        changes = [_checked(name, value) for name, value in values.items()]
         with self._lock:
             with self._storing() as nobody_drives:
                 state = self._link.state()
@@ -84,7 +84,7 @@ class CaretakerSettings:
                     raise SettingsRefused("setting_while_armed", "switch driving off first")
                 if state is not None and state.faults >> codes.CALIBRATION & 1:
                     raise SettingsRefused("setting_by_calibration", "calibrate the joystick first")
-                changes += self._step(wishes)
+                changes += self._step(values)
                 if changes:
                     self._store(changes)
             return self._read()
@@ -118,13 +118,13 @@ class CaretakerSettings:
             with contextlib.suppress(SettingsRefused):
                 self._ask(codes.SETTING_SAVE)
 
-    def _step(self, wishes: dict[str, Any]) -> list[tuple[int, int]]:
+    def _step(self, values: dict[str, Any]) -> list[tuple[int, int]]:
         """Keep the length of a step forward in another profile, or with another output."""
-        if "step_forward_ms" in wishes or not {"profile", "linear_permille"} & set(wishes):
+        if "step_forward_ms" in values or not {"profile", "linear_permille"} & set(values):
             return []
         names = ("profile", "linear_permille", "step_ramp_ms")
         now = {name: self._ask(codes.SETTING_GET, index_of(name)) for name in names}
-        then = now | {name: wishes[name] for name in names if name in wishes}
+        then = now | {name: values[name] for name in names if name in values}
         step_ms = None if then == now else self._step_ms(*then.values())
         return [] if step_ms is None else [(index_of("step_forward_ms"), step_ms)]
 

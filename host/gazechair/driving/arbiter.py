@@ -34,10 +34,10 @@ from gazechair.driving.messages import (
     UseMode,
     Watch,
 )
+from gazechair.driving.mode_context import ModeOutput
 from gazechair.driving.press import DrivingPress, Presses
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.tokens import Tokens
-from gazechair.driving.world import Wish
 from gazelink import codes
 
 LOOK_S = 0.025  # longest interval between calls of tick()
@@ -229,8 +229,8 @@ class Arbiter:
             self._bypass.release(client)
         return None
 
-    def _reset(self, client: int, wish: Reset, now_s: float) -> Refusal | None:
-        sent_s = self.tokens.moment(wish.proof, now_s)
+    def _reset(self, client: int, message: Reset, now_s: float) -> Refusal | None:
+        sent_s = self.tokens.moment(message.proof, now_s)
         # An emergency stop outlasts every reset that was sent before it.
         if sent_s is None or sent_s < self._emergency_s:
             return Refusal("reset", "stale_token", "the reset was too long on its way")
@@ -285,7 +285,7 @@ class Arbiter:
     # Driving
 
     def mode_says(
-        self, mode: str, number: int, wish: Wish, till_s: float, now_s: float, reached: bool = True
+        self, mode: str, number: int, output: ModeOutput, till_s: float, now_s: float, reached: bool
     ) -> None:
         """The output of `mode` in its press `number`: (linear, turn), None: it has ended.
 
@@ -295,58 +295,58 @@ class Arbiter:
         self.tick(now_s)
         if self.mode_press != (mode, number):
             return
-        if wish is None:
+        if output is None:
             self._press.come_to_its_end(reached)
         elif now_s < till_s:
-            self._press.steer(*wish, min(till_s, now_s + self.ttl_s))
+            self._press.steer(*output, min(till_s, now_s + self.ttl_s))
 
     def _may_drive(self, client: int, page: Client) -> bool:
         # The owner's page, and the inputs of that page's person.
         return client == self._owner or (page.beside and page.role == self.owner_code)
 
     def _drive(
-        self, client: int, page: Client, wish: Drive | UseMode, now_s: float, offered: bool
+        self, client: int, page: Client, message: Drive | UseMode, now_s: float, offered: bool
     ) -> Refusal | None:
-        what = "cmd" if isinstance(wish, Drive) and wish.verb != codes.DRIVE else "drive"
-        if not self.tokens.fresh(wish.proof, now_s):
+        what = "cmd" if isinstance(message, Drive) and message.verb != codes.DRIVE else "drive"
+        if not self.tokens.fresh(message.proof, now_s):
             return Refusal(what, "stale_token", "the command was too long on its way")
-        self._heard(client, page, now_s, wish.proof)
-        new = self._press.is_new(client, wish.edge)
+        self._heard(client, page, now_s, message.proof)
+        new = self._press.is_new(client, message.edge)
         if new:
             page.told.clear()
             self._press.pressed()
         if not offered or not self._may_drive(client, page):
             reason = "not_armed" if self._owner is None else "not_owner"
-            return self._refuse_once(what, page, wish.edge, reason if offered else "no_answer")
+            return self._refuse_once(what, page, message.edge, reason if offered else "no_answer")
         if self._session == 0 or self._state != codes.ARMED:
             reason = "not_armed" if self._session else "not_connected"
-            return self._refuse_once(what, page, wish.edge, reason)
-        proven_s = self.tokens.proven_s(wish.proof, now_s)
-        deadline_s = proven_s + min(self.ttl_s, wish.life_s)
+            return self._refuse_once(what, page, message.edge, reason)
+        proven_s = self.tokens.proven_s(message.proof, now_s)
+        deadline_s = proven_s + min(self.ttl_s, message.life_s)
         if new and proven_s < self.stops.of_others_s(client):
             alive = False  # pressed before somebody's stop, but delayed on its way
-        elif isinstance(wish, UseMode):
-            alive = self._drive_by(client, page, wish, deadline_s, new, now_s)
+        elif isinstance(message, UseMode):
+            alive = self._drive_by(client, page, message, deadline_s, new, now_s)
         elif new:
             alive = True
-            self._press.drive(client, wish, page.role, deadline_s, self._board_edge)
+            self._press.drive(client, message, page.role, deadline_s, self._board_edge)
         else:
-            alive = self._press.drive_on(client, wish, deadline_s)
-        return None if alive else self._refuse_once(what, page, wish.edge, "needs_new_command")
+            alive = self._press.drive_on(client, message, deadline_s)
+        return None if alive else self._refuse_once(what, page, message.edge, "needs_new_command")
 
     def _drive_by(
-        self, client: int, page: Client, wish: UseMode, deadline_s: float, new: bool, now_s: float
+        self, client: int, page: Client, message: UseMode, till_s: float, new: bool, now_s: float
     ) -> bool:
         if new:
-            auto, answer_s = wish.mode in self.auto_modes, now_s + MODE_ANSWER_S
-            deadline_s = math.inf if auto else deadline_s
-            self._press.drive_by(client, wish, page.role, deadline_s, self._board_edge, answer_s)
+            auto, answer_s = message.mode in self.auto_modes, now_s + MODE_ANSWER_S
+            till_s = math.inf if auto else till_s
+            self._press.drive_by(client, message, page.role, till_s, self._board_edge, answer_s)
             self._press.auto = auto
             self._mode_press += 1
-        elif not self._press.drive_by_on(client, wish, deadline_s):
+        elif not self._press.drive_by_on(client, message, till_s):
             return False
         # A press proves that its person is present, and so does continuing to press.
-        self._press.watch(page.role, self.tokens.proven_s(wish.proof, now_s))
+        self._press.watch(page.role, self.tokens.proven_s(message.proof, now_s))
         return True
 
     def _refuse_once(self, what: str, page: Client, edge: int, reason: str) -> Refusal | None:
@@ -356,12 +356,12 @@ class Arbiter:
         page.told.add(reason)
         return Refusal(what, reason, f"press {edge} does not move the chair: {reason}")
 
-    def _own(self, client: int, page: Client, wish: Arm | Take, now_s: float) -> Refusal | None:
-        what = "arm" if isinstance(wish, Arm) else "take"
+    def _own(self, client: int, page: Client, message: Arm | Take, now_s: float) -> Refusal | None:
+        what = "arm" if isinstance(message, Arm) else "take"
         if page.beside:
             return Refusal(what, "not_allowed", "an input drives beside its person's page")
-        if not self.tokens.fresh(wish.proof, now_s):
-            return Refusal(what, "stale_token", "the wish to drive was too long on its way")
+        if not self.tokens.fresh(message.proof, now_s):
+            return Refusal(what, "stale_token", "the request to drive was too long on its way")
         if what == "arm" and self._owner not in (None, client):
             return Refusal(what, "not_owner", "another page drives; it must stop driving first")
         # Armed, the board hands over: it stops, and waits for the new owner's own press.
@@ -375,18 +375,18 @@ class Arbiter:
         return None
 
     def _hold_bypass(
-        self, client: int, page: Client, wish: HoldBypass, now_s: float
+        self, client: int, page: Client, message: HoldBypass, now_s: float
     ) -> Refusal | None:
-        if not self.tokens.fresh(wish.proof, now_s):
+        if not self.tokens.fresh(message.proof, now_s):
             return Refusal("bypass", "stale_token", "the bypass was too long on its way")
-        deadline_s = self.tokens.proven_s(wish.proof, now_s) + self.ttl_s
-        if self._bypass.is_new(client, wish.edge):
+        edge, deadline_s = message.edge, self.tokens.proven_s(message.proof, now_s) + self.ttl_s
+        if self._bypass.is_new(client, edge):
             self._press.pressed()
-            self._bypass.begin(client, wish.edge, deadline_s)
+            self._bypass.begin(client, edge, deadline_s)
             return None
-        if self._bypass.refresh(client, wish.edge, deadline_s) or page.bypass_told == wish.edge:
+        if self._bypass.refresh(client, edge, deadline_s) or page.bypass_told == edge:
             return None
-        page.bypass_told = wish.edge
+        page.bypass_told = edge
         detail = "this press of the bypass has ended; release and press again"
         return Refusal("bypass", "needs_new_command", detail)
 

@@ -19,13 +19,13 @@ from gazechair.driving import error_handler
 from gazechair.driving.arbiter import LOOK_S, Arbiter
 from gazechair.driving.driver_port import Message
 from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessage, UseMode, parse
+from gazechair.driving.mode_context import ModeContext, ModeOutput, sensed
 from gazechair.driving.needs import Calls, Link
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.shown_state import board_words, bypass_ms
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.driving.stop_seen import StopSeen
 from gazechair.driving.untuned import StepTurns, slowed
-from gazechair.driving.world import Wish, World, sensed
 from gazechair.people.profiles import ProfileRefused, Profiles, house_fields
 from gazechair.sensing.clearance.shown import shown
 from gazelink import codes
@@ -161,16 +161,16 @@ class Control:
         self._plugins = rows
 
     def mode_says(
-        self, mode: str, number: int, wish: Wish, till_s: float, reached: bool = True
+        self, mode: str, number: int, output: ModeOutput, till_s: float, reached: bool = True
     ) -> None:
         """The output of `mode` in its press `number`; see Arbiter.mode_says."""
         with self._lock:
             now_s = self._clock()
             self._hear_board(now_s)
-            self._arbiter.mode_says(mode, number, wish, till_s, now_s, reached)
+            self._arbiter.mode_says(mode, number, output, till_s, now_s, reached)
             self._tell_board()
 
-    def world(self) -> World:
+    def mode_context(self) -> ModeContext:
         """What modes may know now."""
         with self._lock:
             (mode, press), cap = self._arbiter.mode_press, self._arbiter.cap_permille
@@ -285,11 +285,11 @@ class Control:
     def profiles(self) -> Message:
         return self._profiles.as_json()
 
-    def change_profile(self, wish: Message, role: str) -> Message:
+    def change_profile(self, request: Message, role: str) -> Message:
         try:
             if role == "viewer":
                 raise ProfileRefused("not_allowed", "a viewer changes nothing")
-            return self._profiles.change(wish, role == "caretaker")
+            return self._profiles.change(request, role == "caretaker")
         except ProfileRefused as refusal:
             return {"reason": refusal.reason, "detail": str(refusal)}
 

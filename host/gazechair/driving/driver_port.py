@@ -49,7 +49,7 @@ class DriverPort(Protocol):
         """GET /profiles: {"revision", "chosen", "profiles", "fields"}."""
         ...
 
-    def change_profile(self, wish: Message, role: str) -> Message:
+    def change_profile(self, request: Message, role: str) -> Message:
         """POST /profiles by a device of `role`: as profiles(), or {"reason", "detail"}."""
         ...
 

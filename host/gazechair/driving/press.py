@@ -189,36 +189,36 @@ class DrivingPress(Presses):
         return page_edge if client == of_client and board_edge == edge != 0 else 0
 
     def drive(
-        self, client: int, wish: Drive, role: int, deadline_s: float, board_edge: int
+        self, client: int, message: Drive, role: int, deadline_s: float, board_edge: int
     ) -> None:
         """A new press; `board_edge` is the edge that the board last accepted."""
-        self.begin(client, wish.edge, deadline_s, board_edge)
+        self.begin(client, message.edge, deadline_s, board_edge)
         self.mode = ""
         self.auto = False
         self._command = Command(
-            wish.verb, wish.mode, 0, role, 0.0, wish.linear_permille, wish.turn_permille
+            message.verb, message.mode, 0, role, 0.0, message.linear_permille, message.turn_permille
         )
-        self._pages_edge = (self._last_number, client, wish.edge)
+        self._pages_edge = (self._last_number, client, message.edge)
 
     def drive_by(
         self,
         client: int,
-        wish: UseMode,
+        message: UseMode,
         role: int,
         deadline_s: float,
         board_edge: int,
         answer_s: float,
     ) -> None:
         """A new press on a mode, which must answer by `answer_s`; until then the chair stands."""
-        self.begin(client, wish.edge, deadline_s, board_edge)
-        self.mode = wish.mode
+        self.begin(client, message.edge, deadline_s, board_edge)
+        self.mode = message.mode
         self._mode_till_s = answer_s
         self._command = replace(STOP_COMMAND, owner=role)
-        self._pages_edge = (self._last_number, client, wish.edge)
+        self._pages_edge = (self._last_number, client, message.edge)
 
-    def drive_by_on(self, client: int, wish: UseMode, deadline_s: float) -> bool:
+    def drive_by_on(self, client: int, message: UseMode, deadline_s: float) -> bool:
         """The owner keeps pressing the mode; False when that press has ended."""
-        if self.refresh(client, wish.edge, deadline_s) and self.mode == wish.mode:
+        if self.refresh(client, message.edge, deadline_s) and self.mode == message.mode:
             return True
         self.release(client)
         return False
@@ -240,14 +240,16 @@ class DrivingPress(Presses):
             self.end()
         super().tick(now_s)
 
-    def drive_on(self, client: int, wish: Drive, deadline_s: float) -> bool:
+    def drive_on(self, client: int, message: Drive, deadline_s: float) -> bool:
         """The owner keeps pressing; False when that press has ended. A changed motion ends it."""
-        if not self.refresh(client, wish.edge, deadline_s):
+        if not self.refresh(client, message.edge, deadline_s):
             return False
-        if self.mode or (self._command.verb, self._command.mode) != (wish.verb, wish.mode):
+        if self.mode or (self._command.verb, self._command.mode) != (message.verb, message.mode):
             self.drop()
             return False
         self._command = replace(
-            self._command, linear_permille=wish.linear_permille, turn_permille=wish.turn_permille
+            self._command,
+            linear_permille=message.linear_permille,
+            turn_permille=message.turn_permille,
         )
         return True

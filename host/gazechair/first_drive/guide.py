@@ -209,21 +209,21 @@ class Guide:
         self._answers.clear()
         return lambda: self._run(step, value)
 
-    def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None:
+    def ask(self, request: dict[str, Any]) -> tuple[str, str] | None:
         """{"run": step, "value": ...} begins a step that does not move the chair, {"answer": text,
         "asks": question} is typed input, {"give_up": true} ends the running step. Returns a
         refusal (reason key, detail), or None."""
-        step, text, asks = wish.get("run"), wish.get("answer"), wish.get("asks")
+        step, text, asks = request.get("run"), request.get("answer"), request.get("asks")
         if isinstance(step, str):
             if step in MOVES:
                 return "first_hold", "a step that moves the chair begins with its held button"
             try:
-                self.begin(step, wish.get("value"))
+                self.begin(step, request.get("value"))
             except StepRefused as refused:
                 return refused.reason, str(refused)
         elif isinstance(text, str) and len(text) <= _MOST_ANSWER and isinstance(asks, str):
             self._answers.append((asks, text))
-        elif wish.get("give_up") is True:
+        elif request.get("give_up") is True:
             self._given_up = True
             self.held.end()
         else:

@@ -12,6 +12,7 @@ from enum import Enum
 import numpy as np
 
 from gazechair.base.footprint import DEFAULT_CORNERS, FloatArray
+from gazechair.base.polyline import along_m, evenly
 from gazechair.base.poses import to_frame
 from gazechair.following.line_trace import trace
 from gazechair.following.line_view import FAR_M, NOT_SEEN, LineColour, Picture, PlanMaker, chosen
@@ -37,7 +38,9 @@ _LEAST_M_S = 0.08
 _BEHIND_M = 1.0
 _SAME_M = 0.25
 _FROZEN_M, _FROZEN_RAD = 0.04, math.radians(2.0)
-_EVEN_M = 0.04  # between points of the line: the nearest one gives the progress
+_EVEN_M = (
+    0.04  # between points of the line, also over bridged gaps: the nearest one gives the progress
+)
 _EXPECTED_POINTS, _ROUND_M = 8, 0.14  # this much of it well in view should be seen
 _SHARE = 0.85  # of the chair's turn rate; the rest is left for corrections
 
@@ -117,7 +120,7 @@ class LineFollower:
         if len(seen) < _LEAST_POINTS:
             return NOT_SEEN
         # Bridge the gap from the chair to the line's first visible point.
-        self._line = to_frame(_evenly(np.concatenate((np.zeros((1, 2)), seen))), pose)
+        self._line = to_frame(evenly(np.concatenate((np.zeros((1, 2)), seen)), _EVEN_M), pose)
         self._ends = farther.ended
         self._seen_s = self._looked_s = at_s
         self._blind_m, self._turns = 0.0, False
@@ -156,7 +159,7 @@ class LineFollower:
             kept = np.concatenate((kept, beyond))
         else:
             self._ends = found.ended
-        self._line = to_frame(_evenly(kept), pose)
+        self._line = to_frame(evenly(kept, _EVEN_M), pose)
         self._forget(pose)
 
     def rest(self, pose: FloatArray, now_s: float) -> None:
@@ -221,7 +224,7 @@ class LineFollower:
         return np.asarray(pose + moved)
 
     def _request(self, pose: FloatArray, ahead: FloatArray, left_m: float, dt_s: float) -> Request:
-        along = np.concatenate(((0.0,), np.cumsum(np.hypot(*np.diff(ahead, axis=0).T))))
+        along = along_m(ahead)
         aim = np.array([np.interp(_LOOK_M, along, ahead[:, k]) for k in (0, 1)]) - pose[:2]
         off = math.remainder(math.atan2(aim[1], aim[0]) - pose[2], 2.0 * math.pi)
         self._turns = abs(off) > (_DRIVE_AGAIN_RAD if self._turns else _TURN_FIRST_RAD)
@@ -247,13 +250,6 @@ class LineFollower:
         behind = np.flatnonzero(gaps[:nearest] > _BEHIND_M)
         if len(behind):
             self._line = self._line[behind[-1] + 1 :]
-
-
-def _evenly(points: FloatArray) -> FloatArray:
-    """The same polyline with evenly spaced points, also over bridged gaps."""
-    along = np.concatenate(((0.0,), np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
-    at = np.linspace(0.0, along[-1], max(2, round(float(along[-1]) / _EVEN_M) + 1))
-    return np.column_stack([np.interp(at, along, points[:, k]) for k in (0, 1)])
 
 
 def _most_curvature(ahead: FloatArray, along: FloatArray) -> float:

@@ -76,9 +76,9 @@ class Turns:
 def _whole(parts: list[tuple[Piece, Estimate]], last_s: float) -> Turn:
     """One turn seen from the newest pose, ordered by bearing, beginning behind the lidar."""
     newest_piece, newest = parts[-1]
-    pose = _pose(newest)
+    pose = newest.pose()
     points = np.concatenate(
-        [to_frame(_points(*part, last_s - _TURN_S), _pose(part[1])) for part in parts]
+        [to_frame(_points(*part, last_s - _TURN_S), part[1].pose()) for part in parts]
     )
     points = from_frame(points, pose)
     origin_m = newest_piece.origin_m
@@ -103,7 +103,3 @@ def _points(piece: Piece, estimate: Estimate, since_s: float) -> FloatArray:
         ),
         axis=1,
     )
-
-
-def _pose(estimate: Estimate) -> FloatArray:
-    return np.array((estimate.x_m, estimate.y_m, math.radians(estimate.heading_deg)))

@@ -190,14 +190,6 @@ class Costmap:
         i += j
         return np.asarray(field.reshape(-1).take(i))
 
-    def is_live(self, x_m: float, y_m: float, within_m: float) -> bool:
-        """Whether a live obstacle is within a distance of a point."""
-        reach = int(np.ceil(within_m / self.cell_m))
-        cx, cy = self._cells(np.array([[x_m, y_m]]))
-        x, y = int(cx[0]), int(cy[0])
-        part = self._live[max(0, x - reach) : x + reach + 1, max(0, y - reach) : y + reach + 1]
-        return bool(part.any())
-
 
 def costmap_of(
     grid: OccupancyGrid, footprint: Footprint, no_go: Sequence[FloatArray] = ()

@@ -84,6 +84,6 @@ class AskedMode:
             return Value(now_s, 0, NOTHING, 0, trouble)
         pressed_s = now_s - self._since_s
         world = World(word["heading_deg"], word["clearance"], word["view"], state_s, pressed_s)
-        wish = self._plugin.drive(world)
-        intent = NOTHING if wish is None else drive(*wish)
+        output = self._plugin.drive(world)
+        intent = NOTHING if output is None else drive(*output)
         return Value(min(state_s, now_s), press, intent, 0, trouble)

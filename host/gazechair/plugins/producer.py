@@ -11,9 +11,9 @@ from typing import Protocol
 
 from gazechair.base.latest_value import Clock
 from gazechair.driving.messages import LET_GO, STOP, Beat, Drive, PageMessage, UseMode
+from gazechair.driving.mode_context import ModeOutput
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.tokens import VALID_S
-from gazechair.driving.world import Wish
 from gazechair.plugins.contract import DIRECTIONS, Intent
 from gazechair.plugins.exchange import AUTO_LIFE_S, LIFE_S, BadValue, Value, unpack
 from gazelink import codes
@@ -33,7 +33,7 @@ class Port(Protocol):
     def stopped_s(self) -> float: ...
     def act(self, client: int, meaning: PageMessage) -> Refusal | None: ...
     def mode_says(
-        self, mode: str, number: int, wish: Wish, till_s: float, reached: bool = True
+        self, mode: str, number: int, output: ModeOutput, till_s: float, reached: bool = True
     ) -> None: ...
 
 
@@ -140,9 +140,9 @@ class ModeProducer:
         if self._times.fresh(value.born_s) and value.press:
             i = value.intent
             moves = i.do == "drive"
-            wish = self._within(i.linear_permille, i.turn_permille) if moves else None
+            output = self._within(i.linear_permille, i.turn_permille) if moves else None
             till_s = value.born_s + self._life_s
-            self._port.mode_says(self._name, value.press, wish, till_s, reached)
+            self._port.mode_says(self._name, value.press, output, till_s, reached)
         return value
 
 

@@ -15,7 +15,7 @@ from gazechair.base.latest_value import Clock
 from gazechair.base.reasons import PARTS, PLUGIN
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.config.plugin_tables import PluginConfig
-from gazechair.driving.world import World
+from gazechair.driving.mode_context import ModeContext
 from gazechair.plugins import producer
 from gazechair.plugins.child import LOST, SETTING
 from gazechair.plugins.exchange import LONGEST, RECORDS_PER_S, Facts, Value, plain, unpack_facts
@@ -37,7 +37,7 @@ class Port(producer.Port, Protocol):
     """What plug-ins need from Control."""
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
-    def world(self) -> World: ...
+    def mode_context(self) -> ModeContext: ...
     def show_plugins(self, rows: Callable[[], list[dict[str, Any]]]) -> None: ...
 
 
@@ -228,11 +228,11 @@ class Plugins:
         teller = WorldTeller()
         pause_s = _IDLE_LOOK_S
         while not self._stopping.wait(pause_s):
-            world = self._port.world()
-            word = teller.word(world, self._clock())
-            if word is not None and world.mode in self._modes:
-                self._modes[world.mode].tell(word)
-            pause_s = _LOOK_S if world.mode else _IDLE_LOOK_S
+            context = self._port.mode_context()
+            word = teller.word(context, self._clock())
+            if word is not None and context.mode in self._modes:
+                self._modes[context.mode].tell(word)
+            pause_s = _LOOK_S if context.mode else _IDLE_LOOK_S
 
 
 class WorldTeller:
@@ -242,24 +242,24 @@ class WorldTeller:
         self._told_s = 0.0
         self._state_s = 0.0
 
-    def word(self, world: World, now_s: float) -> bytes | None:
+    def word(self, context: ModeContext, now_s: float) -> bytes | None:
         """The next message; None: nothing to send now."""
-        if not world.mode or world.state_s == self._state_s:
+        if not context.mode or context.state_s == self._state_s:
             return None
         if now_s - self._told_s < _WORLD_PERIOD_S:
             return None
-        self._told_s, self._state_s = now_s, world.state_s
-        return word_of(world)
+        self._told_s, self._state_s = now_s, context.state_s
+        return word_of(context)
 
 
-def word_of(world: World) -> bytes:
+def word_of(context: ModeContext) -> bytes:
     """The world as sent to a mode's process."""
     return json.dumps(
         {
-            "press": world.press,
-            "state_s": world.state_s,
-            "heading_deg": world.heading_deg,
-            "clearance": world.clearance,
-            "view": world.view,
+            "press": context.press,
+            "state_s": context.state_s,
+            "heading_deg": context.heading_deg,
+            "clearance": context.clearance,
+            "view": context.view,
         }
     ).encode()

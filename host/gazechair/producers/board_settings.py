@@ -1,5 +1,6 @@
-"""The board's settings that a producer uses: read again and again while driving is off, and once
-more when it is switched on.
+"""Reads the board's settings that a producer uses.
+
+It reads them again and again while driving is off, and once more when it is switched on.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
 from gazechair.picture.pixels import pixels, size_px
 from gazechair.producers.contract import STEP_S, Ask, Press, Said, Sensed, Setup, SpotProducer
-from gazechair.producers.moved_by_others import Standing
+from gazechair.producers.moved_by_others import MovedByOthers
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture
 
@@ -49,12 +49,12 @@ class LineProducer(SpotProducer):
         self._track_of: int | None = None  # the frame that the line is in
         self._pressed_s = self._placed_s = -math.inf
         self._asked_s = -math.inf  # last requested motion
-        self._standing = Standing()
+        self._moved_by_others = MovedByOthers()
         self._refused = ""
 
     def ask(self, ask: Ask) -> None:
         self._ask, self._follower, self._refused = ask, None, ""
-        self._standing.begin(ask.at_s)
+        self._moved_by_others.begin(ask.at_s)
         known = self._floor.get()
         if known is None or not ask.may_reverse:
             self._refused = UNCALIBRATED if known is None else UNSEEN_BEHIND
@@ -72,7 +72,7 @@ class LineProducer(SpotProducer):
             return Said(None, "ended" if self._refused else "thinks", self._refused)
         reason = self._look(sensed.picture, now_s)
         since_s = now_s - max(ask.at_s, self._pressed_s)
-        if not reason and (since_s > _KEPT_S or self._standing.moved(self._track, now_s)):
+        if not reason and (since_s > _KEPT_S or self._moved_by_others.moved(self._track, now_s)):
             reason = NOT_NOW
         if reason:
             return self._over(reason)
@@ -90,7 +90,7 @@ class LineProducer(SpotProducer):
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._track.take(sensed.estimates)
         self._pressed_s = now_s
-        self._standing.begin(now_s)
+        self._moved_by_others.begin(now_s)
         follower = self._follower
         reason = LOST if follower is None else self._look(sensed.picture, now_s)
         if follower is None or reason:

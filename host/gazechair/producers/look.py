@@ -25,11 +25,11 @@ from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
 from gazechair.picture.pixels import size_px
 from gazechair.producers.contract import Ask, Press, Said, Sensed, Setup, SpotProducer
-from gazechair.producers.moved_by_others import Standing
+from gazechair.producers.moved_by_others import MovedByOthers
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture, spot_over_picture
 from gazechair.producers.ride import POSE_LOST, Ride
-from gazechair.producers.track import MapTrack, pose_of
+from gazechair.producers.track import MapTrack
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.stored.places import Area
 from gazechair.sensing.mapping.stored.store import MapStore
@@ -61,7 +61,7 @@ class LookProducer(SpotProducer):
         self._ride = Ride(setup.thinker)
         self._ask: Ask | None = None
         self._camera: FloorCamera | None = None
-        self._standing = Standing()
+        self._moved_by_others = MovedByOthers()
         self._spot_m = (0.0, 0.0)  # relative to the chair at the look
         self._scans: list[KeyScan] = []
         self._pictured = False
@@ -74,7 +74,7 @@ class LookProducer(SpotProducer):
     def ask(self, ask: Ask) -> None:
         self._ask, self._refused, self._found, self._mission = ask, "", None, None
         self._scans, self._pictured = [], False
-        self._standing.begin(ask.at_s)
+        self._moved_by_others.begin(ask.at_s)
         known = self._floor.get()
         if known is None or not ask.may_reverse:
             self._refused = UNCALIBRATED if known is None else UNSEEN_BEHIND
@@ -100,7 +100,7 @@ class LookProducer(SpotProducer):
         since_s = now_s - max(ask.at_s, self._pressed_s)
         newest = self._track.newest
         old = since_s > _KEPT_S or newest is None or newest.track != self._track_of
-        if old or self._standing.moved(self._track, now_s):
+        if old or self._moved_by_others.moved(self._track, now_s):
             return self._over(NOT_NOW)
         if self._redrawn(now_s):
             return self._over(CHANGED)
@@ -118,7 +118,7 @@ class LookProducer(SpotProducer):
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._hear(sensed)
         self._pressed_s = now_s
-        self._standing.begin(now_s)
+        self._moved_by_others.begin(now_s)
         mission, found, newest = self._mission, self._found, self._track.newest
         if mission is None or found is None:
             return self._over(NOT_NOW)
@@ -126,7 +126,7 @@ class LookProducer(SpotProducer):
             return self._over(POSE_LOST)
         if self._redrawn(now_s):
             return self._over(CHANGED)
-        pose = pose_of(newest)
+        pose = newest.pose()
         at = float(pose[0]), float(pose[1]), float(pose[2])
         said = self._ride.step(mission, found[2], at, newest, now_s)
         if said.stick is None:
@@ -219,7 +219,7 @@ class LookProducer(SpotProducer):
         newest, in_map = self._map_track.newest, self._map_track.pose(self._map, now_s)
         if newest is None or in_map is None:
             return []
-        pose = pose_of(newest)
+        pose = newest.pose()
         corners = (np.array(area.corners_m) for area in self._avoided)
         return [to_frame(from_frame(one, in_map), pose) for one in corners]
 
@@ -243,7 +243,7 @@ class LookProducer(SpotProducer):
         newest = self._track.newest
         if newest is None or self._camera is None or self._found is None:
             return {}
-        pose = pose_of(newest)
+        pose = newest.pose()
         there = np.array((self._found[2][:2],))
         shown: dict[str, Any] = {
             "px": over_picture(self._camera, way_m, pose),

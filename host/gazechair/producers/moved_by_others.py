@@ -12,7 +12,7 @@ _BRAKES_S = 3.0
 _MOVED_M, _MOVED_RAD = 0.1, math.radians(5.0)
 
 
-class Standing:
+class MovedByOthers:
     """Call `begin` after anything that may leave the chair rolling; then `moved` in each step."""
 
     def __init__(self) -> None:

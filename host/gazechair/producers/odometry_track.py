@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.producers.track import DOUBTED, pose_of
+from gazechair.producers.track import DOUBTED
 from gazechair.sensing.odometry.odometry import Estimate
 
 OLD_S = 0.25
@@ -66,7 +66,7 @@ class OdometryTrack:
         before = max((o for o in self._kept if o.time_s <= at_s), key=lambda o: o.time_s)
         gap_s = after.time_s - before.time_s
         share = 0.0 if gap_s <= 0.0 else (at_s - before.time_s) / gap_s
-        start, end = pose_of(before), pose_of(after)
+        start, end = before.pose(), after.pose()
         turned = math.remainder(end[2] - start[2], 2.0 * math.pi)
         step = np.array((*(end[:2] - start[:2]), turned))
         return np.asarray(start + share * step)
@@ -78,4 +78,4 @@ def _moved(last: Estimate, late_s: float) -> FloatArray:
     c, s = math.cos(middle), math.sin(middle)
     ahead, left = last.speed_m_s * late_s, last.sideways_m_s * late_s
     step = np.array((c * ahead - s * left, s * ahead + c * left, turned))
-    return np.asarray(pose_of(last) + step)
+    return np.asarray(last.pose() + step)

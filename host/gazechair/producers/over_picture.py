@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.base.polyline import evenly
 from gazechair.base.poses import from_frame
 from gazechair.picture.floor import FloorCamera
 
@@ -16,7 +17,7 @@ def over_picture(camera: FloorCamera, line_m: FloatArray, pose: FloatArray) -> l
     """The visible part of a polyline (N, 2) that is in the frame of the chair's `pose`."""
     if len(line_m) < 2:
         return []
-    points = from_frame(_evenly(line_m), pose)
+    points = from_frame(evenly(line_m, _STEP_M), pose)
     points = points[(points[:, 0] > 0.0) & camera.sees(points)]
     if len(points) > _MOST_POINTS:
         points = points[np.linspace(0, len(points) - 1, _MOST_POINTS).round().astype(int)]
@@ -34,9 +35,3 @@ def spot_over_picture(
 def _shares(camera: FloorCamera, points: FloatArray) -> list[list[float]]:
     shares = camera.pixels(points) / (camera.width_px, camera.height_px)
     return [[round(float(u), 3), round(float(v), 3)] for u, v in shares]
-
-
-def _evenly(points: FloatArray) -> FloatArray:
-    along = np.concatenate(((0.0,), np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
-    at = np.linspace(0.0, along[-1], max(2, round(float(along[-1]) / _STEP_M) + 1))
-    return np.column_stack([np.interp(at, along, points[:, k]) for k in (0, 1)])

@@ -1,5 +1,6 @@
-"""All producers of the daemon: one thread follows presses, another one, which may wait for a disk,
-updates what can be chosen.
+"""All producers of the daemon, served by two threads.
+
+One follows presses. The other updates what can be chosen, and may wait for a disk.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from gazechair.base.latest_value import Clock
 from gazechair.base.reasons import PLUGIN
 from gazechair.base.supervisor import Status, Supervised
 from gazechair.config.configuration import FootprintConfig, LidarConfig
-from gazechair.driving.world import World
+from gazechair.driving.mode_context import ModeContext
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.plugins import producer
 from gazechair.plugins.child import LOST
@@ -46,7 +46,7 @@ class Port(producer.Port, Protocol):
     """What this needs from Control."""
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
-    def world(self) -> World: ...
+    def mode_context(self) -> ModeContext: ...
 
 
 @dataclass
@@ -192,9 +192,9 @@ class ProducerService(InboxService):
         """Call 250 times a second while its mode is pressed, else 50 times. Never blocks."""
         with self._lock:
             now_s = self._clock()
-            world = self._port.world()
-            self._follow(world, now_s)
-            self._tell(world, now_s)
+            context = self._port.mode_context()
+            self._follow(context, now_s)
+            self._tell(context, now_s)
 
     @property
     def rides(self) -> bool:
@@ -225,29 +225,29 @@ class ProducerService(InboxService):
         """What can be pressed, by its mode."""
         return self._shown
 
-    def _follow(self, world: World, now_s: float) -> None:
+    def _follow(self, context: ModeContext, now_s: float) -> None:
         ride = self._ride
         if ride is not None and ride.ended_s is None:
-            if (ride.mode, ride.number) == (world.mode, world.press):
+            if (ride.mode, ride.number) == (context.mode, context.press):
                 return
             self._end(ride, now_s)
-        target = self._offered.get(world.mode)
-        if target is None or (ride is not None and ride.number == world.press):
+        target = self._offered.get(context.mode)
+        if target is None or (ride is not None and ride.number == context.press):
             return
         settings = self._settings()
 
         def within(linear: int, turn: int) -> tuple[int, int]:
-            cap = self._port.world().cap_permille
+            cap = self._port.mode_context().cap_permille
             return ChairNumbers.of(settings or {}).within(linear, turn, cap)
 
-        judge = producer.ModeProducer(self._port, world.mode, self._clock, True, within)
+        judge = producer.ModeProducer(self._port, context.mode, self._clock, True, within)
         self._ride = _Ride(
-            world.mode, world.press, target, judge, now_s, said_s=now_s, settings=settings or {}
+            context.mode, context.press, target, judge, now_s, said_s=now_s, settings=settings or {}
         )
         self._word_s = float("-inf")
         if settings is None:  # unknown since the last look: nothing can be planned
             self._ride.ended_s, self._ride.reason = now_s, FAILED
-            self._port.mode_says(world.mode, world.press, None, now_s, False)
+            self._port.mode_says(context.mode, context.press, None, now_s, False)
 
     def _end(self, ride: _Ride, now_s: float) -> None:
         ride.ended_s = now_s
@@ -262,21 +262,21 @@ class ProducerService(InboxService):
         else:
             ride.reason = override if override in _BOARD_SAYS else STOPPED
 
-    def _tell(self, world: World, now_s: float) -> None:
+    def _tell(self, context: ModeContext, now_s: float) -> None:
         rides = self.rides
-        if rides and (world.state_s == self._state_s or now_s - self._word_s < _WORD_S):
+        if rides and (context.state_s == self._state_s or now_s - self._word_s < _WORD_S):
             return
         if not rides and now_s - self._word_s < _IDLE_WORD_S:
             return
-        self._word_s, self._state_s = now_s, world.state_s
+        self._word_s, self._state_s = now_s, context.state_s
         word: dict[str, Any] = {"at_s": now_s, "press": 0, **self._besides()}
         if rides and self._ride is not None:
             word |= {
-                "at_s": world.state_s,  # while the board is silent, do not drive on
+                "at_s": context.state_s,  # while the board is silent, do not drive on
                 "press": self._ride.number,
                 "target": dict(self._ride.target.more),
                 "settings": dict(self._ride.settings),
-                "may_reverse": world.view["backward"] != "unseen",
+                "may_reverse": context.view["backward"] != "unseen",
             }
         self._say(json.dumps(word).encode())
 

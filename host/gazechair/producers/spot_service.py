@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gazechair.config.configuration import LidarConfig
-from gazechair.driving.world import World
+from gazechair.driving.mode_context import ModeContext
 from gazechair.producers import exchange
 from gazechair.producers.places import Target
 from gazechair.producers.service import ProducerService
@@ -39,7 +39,7 @@ class SpotService(ProducerService):
             self.forget()
             if at is not None:
                 self._number = self._number % _MOST + 1
-                sees = self._port.world().view["backward"] != "unseen"
+                sees = self._port.mode_context().view["backward"] != "unseen"
                 rest = {"at": at, "settings": dict(settings), "may_reverse": sees, "at_s": at_s}
                 self._ask, self._tile = {"number": self._number, **rest}, tile
             return True
@@ -95,12 +95,12 @@ class SpotService(ProducerService):
         more = {**target.more, "ask": self._ask["number"]}
         return {self._mode: Target(target.name, target.icon, more, target.english)}
 
-    def _follow(self, world: World, now_s: float) -> None:
+    def _follow(self, context: ModeContext, now_s: float) -> None:
         if self._tile not in self._shown:
             self.forget(stopped=False)
-        elif not world.armed:
+        elif not context.armed:
             self.forget()
-        super()._follow(world, now_s)
+        super()._follow(context, now_s)
 
     def _besides(self) -> Mapping[str, Any]:
         return {"ask": self._ask}

@@ -47,7 +47,7 @@ class MapTrack:
         if near is None or abs(near.time_s - where.time_s) > _SAME_S:
             return
         in_map = np.array((where.x_m, where.y_m, math.radians(where.heading_deg)))
-        self._frame = compose(in_map, between(pose_of(near), np.zeros(3)))
+        self._frame = compose(in_map, between(near.pose(), np.zeros(3)))
         self._where = where
 
     @property
@@ -66,9 +66,4 @@ class MapTrack:
             return None
         if DOUBTED.intersection(newest.doubts):
             return None
-        return compose(self._frame, pose_of(newest))
-
-
-def pose_of(estimate: Estimate) -> FloatArray:
-    """The estimate's pose in odometry's frame."""
-    return np.array((estimate.x_m, estimate.y_m, math.radians(estimate.heading_deg)))
+        return compose(self._frame, newest.pose())

@@ -33,13 +33,13 @@ def add_routes(app: Flask, alerts: AlertBook) -> None:
             return refusal
         device: Device = request.environ[DEVICE]
         try:
-            wish = body()
+            posted = body()
         except BadRequest as error:
             return error.response()
-        number = wish.get("acknowledge")
-        if len(wish) == 1 and wish.get("test") is True:
+        number = posted.get("acknowledge")
+        if len(posted) == 1 and posted.get("test") is True:
             alerts.test(device.name)
-        elif len(wish) != 1 or type(number) is not int:
+        elif len(posted) != 1 or type(number) is not int:
             return refuse(400, "bad_message", 'send {"acknowledge": number} or {"test": true}')
         else:
             alerts.acknowledge(number, device.name)  # somebody else may have been quicker

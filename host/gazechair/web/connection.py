@@ -15,7 +15,7 @@ class Connection(Protocol):
     """One open connection. At most one thread reads; any may send."""
 
     raw: socket.socket
-    """The underlying socket: for Places, and to cut it."""
+    """The underlying socket: for OpenConnections, and to cut it."""
 
     def receive(self, size: int, limit_s: float) -> bytes | None:
         """At most `size` bytes, b"" at the end, None when none came in time. Raises OSError."""

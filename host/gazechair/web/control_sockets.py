@@ -12,10 +12,10 @@ from gazechair.base.throttled_log import ThrottledLog
 from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import Device
 from gazechair.web.page_client import Ending, PageClient
-from gazechair.web.seats import Full, Seat, makes_way
+from gazechair.web.role_limits import ConnectedPage, Full, makes_way
 from gazechair.web.sockets import CLOSE_REVOKED, CLOSE_TRY_LATER, WebSocket
 
-PLACES = {"driver": 4, "caretaker": 4, "viewer": 4}
+PAGES = {"driver": 4, "caretaker": 4, "viewer": 4}
 REVOKED = Ending(CLOSE_REVOKED, "this device is not paired any more")
 _FALLEN_SILENT_S = 1.0
 _LOOK_S = 0.2
@@ -60,7 +60,7 @@ class ControlHub:
         if client is None:
             throttled.warn("refused page %s: too many pages of a %s", peer, device.role)
             with contextlib.suppress(OSError):
-                ws.close(CLOSE_TRY_LATER, f"at most {PLACES[device.role]} pages of a {device.role}")
+                ws.close(CLOSE_TRY_LATER, f"at most {PAGES[device.role]} pages of a {device.role}")
             return
         visits.info("page %s of %s connected as client %d", peer, device.id, client.id)
         ending = Ending(None, "its socket closed")
@@ -102,11 +102,13 @@ class ControlHub:
                 for c in same_role
                 if c.device.id == device.id and now_s - c.heard_s > _FALLEN_SILENT_S
             ]
-            seats = [
-                Seat(c, c.device.id, c.heard_s, c.drives) for c in same_role if c not in leaving
+            connected = [
+                ConnectedPage(c, c.device.id, c.heard_s, c.drives)
+                for c in same_role
+                if c not in leaving
             ]
             try:
-                goes = makes_way(seats, PLACES[device.role], device.id)
+                goes = makes_way(connected, PAGES[device.role], device.id)
             except Full:
                 return None
             if goes is not None:

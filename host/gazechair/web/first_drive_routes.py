@@ -13,7 +13,7 @@ class Steps(Protocol):
     """What the pages need from the first drive (gazechair.first_drive.guide.Guide)."""
 
     def status(self) -> dict[str, Any]: ...
-    def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None: ...
+    def ask(self, request: dict[str, Any]) -> tuple[str, str] | None: ...
     @property
     def holds_settings(self) -> bool: ...
 
@@ -31,10 +31,10 @@ def add_routes(app: Flask, steps: Steps) -> None:
         if refusal is not None:
             return refusal
         try:
-            wish = body()
+            posted = body()
         except BadRequest as error:
             return error.response()
-        refused = steps.ask(wish)
+        refused = steps.ask(posted)
         if refused is not None:
             return refuse(400 if refused[0] == "bad_message" else 409, *refused)
         return answer(steps.status())

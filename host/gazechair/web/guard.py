@@ -15,8 +15,8 @@ from gazechair.base.throttled_log import ThrottledLog
 from gazechair.people.pairing import Device
 from gazechair.people.pairing.store import ROLES
 from gazechair.web.handler import CONNECTION, EARLY, FILE, SETTLE
+from gazechair.web.processor_share import Shares, write_off
 from gazechair.web.sockets import Arrivals, BadHandshake, Line, handshake
-from gazechair.web.turns import Turns, write_off
 
 Environ = dict[str, Any]
 StartResponse = Callable[..., Any]
@@ -123,10 +123,10 @@ class Guard:
         who: Callable[[str], Device | None],
         cookie_name: Callable[[], str],
         scheme: str,
-        strangers: Turns,
+        strangers: Shares,
     ) -> None:
         """`sockets`: the paths that `app` serves as WebSockets; `who` gives a token's device;
-        `scheme`: "http" or "https"; `strangers`: the turns of unknown clients."""
+        `scheme`: "http" or "https"; `strangers`: the share of unknown clients."""
         self._app = app
         self._sockets = sockets
         self._names = names
@@ -134,8 +134,8 @@ class Guard:
         self._cookie_name = cookie_name
         self._scheme = scheme
         self._strangers = strangers
-        self._turns = {role: Turns(at_once=2) for role in ROLES}
-        self._files = Turns(burst_s=_FILE_S)
+        self._shares = {role: Shares(at_once=2) for role in ROLES}
+        self._files = Shares(burst_s=_FILE_S)
         self._arrivals: dict[str, Arrivals] = {}
 
     def __call__(self, environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
@@ -177,7 +177,7 @@ class Guard:
                     return _answer(start, refusal)
                 environ[FILE]()
                 return self._whole(environ, start)
-        with self._turns[device.role].turn(kind=kind):
+        with self._shares[device.role].turn(kind=kind):
             return self._whole(environ, start)
 
     def _whole(self, environ: Environ, start: StartResponse) -> Iterable[bytes]:
@@ -192,7 +192,7 @@ class Guard:
         arrivals = self._arrivals.setdefault(device.id, Arrivals())
         while len(self._arrivals) > _MOST_ARRIVALS:
             self._arrivals.pop(next(iter(self._arrivals)), None)
-        with self._turns[device.role].turn():
+        with self._shares[device.role].turn():
             try:
                 checked = handshake(environ)
             except BadHandshake as error:

@@ -16,15 +16,13 @@ from typing import Any
 
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.web.connection import Connection, Patience, PlainConnection
+from gazechair.web.connection_limits import OpenConnections
 from gazechair.web.head import MOST_BODY_BYTES, MOST_HEAD_BYTES, Head, HeadRefused, parse
-from gazechair.web.places import Places
+from gazechair.web.processor_share import Crowded, Shares
 from gazechair.web.sockets import tune
 from gazechair.web.tls_socket import TlsSocket
-from gazechair.web.turns import Crowded, Turns
 
-SETTLE = (
-    "gazechair.settle"  # in a request's environ: call to keep the connection; see Places.settle
-)
+SETTLE = "gazechair.settle"  # in a request's environ: keeps the connection, OpenConnections.settle
 CONNECTION = "gazechair.connection"
 EARLY = "gazechair.early"
 FILE = "gazechair.file"  # where a request's body is a file: call it once to receive it
@@ -145,7 +143,7 @@ class Exchange:
         self._connection.sendall(text.encode("latin-1", "replace") + (b"" if quiet else content))
 
     def _environ(self, head: Head, body: bytes) -> dict[str, Any]:
-        places, raw = self._server.places, self._connection.raw
+        connections, raw = self._server.connections, self._connection.raw
         environ = {
             "wsgi.version": (1, 0),
             "wsgi.url_scheme": self._server.scheme,
@@ -166,7 +164,7 @@ class Exchange:
             "CONTENT_LENGTH": str(head.length),
             CONNECTION: self._connection,
             EARLY: body[head.length :],
-            SETTLE: lambda what: places.settle(raw, what),
+            SETTLE: lambda what: connections.settle(raw, what),
         }
         for name, value in head.headers.items():
             key = name.upper().replace("-", "_")
@@ -195,7 +193,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         self,
         listener: socket.socket,
         app: Any,
-        strangers: Turns,
+        strangers: Shares,
         context: ssl.SSLContext | None = None,
     ) -> None:
         """`app`: WSGI; `strangers` limits the work for unknown clients; `context`:
@@ -211,21 +209,21 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         self.app = app
         self.strangers = strangers
         self.scheme = "http" if context is None else "https"
-        self.places = Places(time.monotonic)
+        self.connections = OpenConnections(time.monotonic)
         self._context = context
 
     def verify_request(self, request: Any, client_address: Any) -> bool:
         """Accepts every connection; the oldest new one closes when there are too many."""
-        for place in self.places.admit(request, client_address[0]):
+        for other in self.connections.admit(request, client_address[0]):
             throttled.warn(
-                "%s: too many connections, one of %s ends", client_address[0], place.address
+                "%s: too many connections, one of %s ends", client_address[0], other.address
             )
         return True
 
     def service_actions(self) -> None:
         """Called by serve_forever after each connection, and at least every poll interval."""
         super().service_actions()
-        self.places.cut_overdue()
+        self.connections.cut_overdue()
         # Accept connections only as fast as strangers' turns allow: others wait in the queue.
         self.strangers.bill()
         self.strangers.pause(_ACCEPT_PAUSE_S)
@@ -241,7 +239,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
             throttled.warn("%s: error in a request", client_address[0], exc_info=True)
         finally:
             self.shutdown_request(request)
-            self.places.leave(request)
+            self.connections.leave(request)
             self.strangers.bill()
 
     def finish_request(self, request: Any, client_address: Any) -> None:
@@ -260,7 +258,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Starting a thread failed."""
-        self.places.leave(request)
+        self.connections.leave(request)
         throttled.warn("%s: no thread for a connection", client_address[0], exc_info=True)
 
     def _shake_hands(self, request: Any, address: str) -> TlsSocket | None:

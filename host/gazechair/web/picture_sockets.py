@@ -16,7 +16,7 @@ from gazechair.base.throttled_log import ThrottledLog
 from gazechair.people.pairing import Device
 from gazechair.picture import Pacing, Reducer
 from gazechair.picture.camera import Frame
-from gazechair.web.seats import Full, Seat, makes_way
+from gazechair.web.role_limits import ConnectedPage, Full, makes_way
 from gazechair.web.sockets import CLOSE_POLICY, CLOSE_TRY_LATER, CLOSE_UNSUPPORTED, WebSocket
 
 PICTURES = {"driver": 3, "caretaker": 3, "viewer": 2}
@@ -70,9 +70,9 @@ class VideoHub:
         device = viewer.device
         with self._lock:
             same_role = [v for v in self._clients if v.device.role == device.role and not v.gone]
-            seats = [Seat(v, v.device.id, v.since_s) for v in same_role]
+            connected = [ConnectedPage(v, v.device.id, v.since_s) for v in same_role]
             try:
-                goes = makes_way(seats, PICTURES[device.role], device.id)
+                goes = makes_way(connected, PICTURES[device.role], device.id)
             except Full:
                 return False
             if self._stopping:

@@ -37,8 +37,8 @@ from gazechair.web.guard import DEVICE, Guard
 from gazechair.web.handler import SETTLE, Server
 from gazechair.web.names import certificate_names, network_addresses, own_names, shown_host
 from gazechair.web.picture_sockets import VideoHub
+from gazechair.web.processor_share import Shares
 from gazechair.web.sockets import LIBRARY_OPTIONS, WebSocket
-from gazechair.web.turns import Turns
 
 _CONTROL = "/ws/control"
 _PICTURE = "/ws/video"
@@ -109,7 +109,7 @@ class WebServer:
                 self._certificate = Certificate(self._folder, certificate_names(web))
             context = self._certificate.context() if self._certificate else None
             names = own_names(web.host, web.name)
-            strangers = Turns()
+            strangers = Shares()
             guarded = Guard(
                 app,
                 (_CONTROL, _PICTURE),
@@ -146,7 +146,7 @@ class WebServer:
         self._control.revoked(device_id)
         if self._server is not None:
             for what in ("picture", "file"):
-                self._server.places.cut_settled(f"{what} {device_id}")
+                self._server.connections.cut_settled(f"{what} {device_id}")
 
     def _cookie_name(self) -> str:
         # Browsers send a cookie to every port of a host: two hosts on one machine must differ.

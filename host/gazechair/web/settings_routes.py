@@ -34,14 +34,14 @@ def add_routes(app: Flask, settings: CaretakerSettings, steps: Steps) -> None:
         if refusal is not None:
             return refusal
         try:
-            wishes = body().get("set")
+            values = body().get("set")
         except BadRequest as error:
             return error.response()
-        if not isinstance(wishes, dict):
+        if not isinstance(values, dict):
             return refuse(400, "bad_message", '"set" must be an object of names and values')
         if steps.holds_settings:
             return refuse(409, "first_busy", "a step of the first drive uses the settings")
-        return _answer(lambda: settings.change(wishes))
+        return _answer(lambda: settings.change(values))
 
 
 def _answer(act: Callable[[], dict[str, Any]]) -> Response:

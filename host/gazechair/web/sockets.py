@@ -75,8 +75,8 @@ def handshake(environ: Mapping[str, Any]) -> dict[str, Any]:
     Raises BadHandshake.
     """
     key = str(environ.get("HTTP_SEC_WEBSOCKET_KEY", ""))
-    wishes = {word.strip(" \t") for word in str(environ.get("HTTP_CONNECTION", "")).split(",")}
-    if "upgrade" not in {wish.lower() for wish in wishes}:
+    options = {word.strip(" \t") for word in str(environ.get("HTTP_CONNECTION", "")).split(",")}
+    if "upgrade" not in {option.lower() for option in options}:
         raise BadHandshake("this address is a WebSocket's")
     if str(environ.get("HTTP_UPGRADE", "")).lower() != "websocket":
         raise BadHandshake("this address is a WebSocket's")

@@ -14,7 +14,7 @@ import time
 from typing import Any
 
 from gazechair.web.connection import Patience, readable
-from gazechair.web.turns import Turns
+from gazechair.web.processor_share import Shares
 
 _READ_SIZE = 16_384
 
@@ -30,13 +30,16 @@ class TlsSocket:
         self._lock = threading.Lock()
         self._send_lock = threading.Lock()
 
-    def handshake(self, limit_s: float, turns: Turns) -> None:
-        """Shake hands within `limit_s`, in `turns`. Raises OSError (ssl.SSLError too), Crowded."""
+    def handshake(self, limit_s: float, share: Shares) -> None:
+        """Shake hands within `limit_s`, in turns of `share`.
+
+        Raises OSError (ssl.SSLError too), Crowded.
+        """
         end_s = time.monotonic() + limit_s
         patience = Patience()
         while True:
             try:
-                with turns.turn():
+                with share.turn():
                     self._tls.do_handshake()
                 self._flush()
                 return

@@ -110,11 +110,11 @@ def test_a_turn_that_the_board_did_not_let_begin_says_where_he_points(side):
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, **q4)
     assist.turns_himself(side, 1.05)
     assist.advise(1, 1.1)
-    assert assist._press.wish_deg == pytest.approx(side * 25.0, abs=1.0)
+    assert assist._press.pointed_deg == pytest.approx(side * 25.0, abs=1.0)
     free = before_a_door(0.0)
     free.turns_himself(side, 1.05)
     free.advise(1, 1.1)
-    assert free._press.wish_deg == 0.0
+    assert free._press.pointed_deg == 0.0
 
 
 def test_before_what_may_be_a_person_it_asks_for_nothing_and_goes_on_when_it_may():
@@ -152,7 +152,7 @@ def test_before_a_narrow_door_it_aims_at_the_middle_while_it_rolls(side):
 def test_no_narrow_door_is_aimed_at_farther_from_where_the_driver_pointed():
     assist = before_a_door(0.015, 1.2, 0.81, Margins(0.05, 0.0, 0.05))
     assist.advise(1, 1.1)
-    assist._press.wish_deg = -60.0
+    assist._press.pointed_deg = -60.0
     assert assist.advise(1, 1.11).turn_permille <= 0
 
 
@@ -190,7 +190,7 @@ def test_a_turn_that_the_board_ended_counts_for_as_long_as_the_press_needs():
         assist.motion(Motion(now_s, 19.0, 0, 0))
         assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
         assist.advise(1, now_s)
-    assert assist._press.wish_deg - 19.0 > 17.0
+    assert assist._press.pointed_deg - 19.0 > 17.0
 
 
 @pytest.mark.parametrize(("arc", "drives"), [(0, False), (255, True)])
@@ -251,7 +251,7 @@ def test_before_what_may_be_a_person_the_way_that_led_there_is_not_preferred(for
     assist.advise(1, 1.09)
     assert assist._press.way is not None
     asked = []
-    assist._ways.choose = lambda points, wish, before, *more: asked.append(before)
+    assist._ways.choose = lambda points, pointed_rad, before, *more: asked.append(before)
     free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
     assist.permits.clearance = Clearance(0, codes.REAL, 1.1, forward_mm=forward_mm, **free)
     assist._press.spot = None
@@ -287,7 +287,7 @@ def test_without_a_heading_nothing_is_kept_that_was_measured_from_its_zero():
     assist.motion(Motion(1.2, 90.0, 0, 0))
     assist.see(0, half(door_room(-0.2, 0.7), 1.2, -90.0))
     assert assist.advise(1, 1.21).turn_permille > 0
-    assert assist._press.wish_deg == 90.0
+    assert assist._press.pointed_deg == 90.0
 
 
 def test_a_heading_lost_in_a_turn_of_the_driver_is_no_correction():
@@ -335,4 +335,4 @@ def test_a_press_with_the_number_of_one_long_ago_does_not_point_where_that_one_d
     assist.see(0, half(door_room(-0.45, 0.45), 60.04, 90.0))
     assist.see(0, half(door_room(-0.45, 0.45), 60.09, -90.0))
     assist.advise(9, 60.1)
-    assert assist._press.wish_deg == 90.0
+    assert assist._press.pointed_deg == 90.0

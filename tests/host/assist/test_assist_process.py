@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from gazechair.assist.child import Advisor
+from gazechair.assist.message import Message, pack
 from gazechair.assist.service import AssistService
-from gazechair.assist.word import Word, packed
 from gazechair.base.health import Health
 from gazechair.board.board_commands import STOP_COMMAND, Clearance, Command
 from gazechair.board.zone import BoardZone
@@ -108,12 +108,12 @@ def held(chair: Chair, edge: int) -> bool:
     return advised is not None and advised.press == edge
 
 
-def advisor(**word: object) -> Advisor:
+def advisor(**message: object) -> Advisor:
     """An advisor that knows its surroundings at 10.0 s."""
     argument = {"lidars": [vars(LIDAR)], "footprint": vars(FootprintConfig())}
     made = Advisor(json.loads(json.dumps(argument)))
     clearance = Clearance(0, codes.SIMULATED, 10.0)
-    made.hear(packed(Word(**{"on": True, "zone": ZONE, "clearance": clearance, **word})))  # type: ignore[arg-type]
+    made.hear(pack(Message(**{"on": True, "zone": ZONE, "clearance": clearance, **message})))  # type: ignore[arg-type]
     for at_s, second in ((9.9, False), (9.95, True), (10.0, False)):
         made.take(inbox.pack_motion(Motion(at_s, 90.0, 0, 0)), at_s)
         made.take(half_turn(at_s, second), at_s)
@@ -130,7 +130,7 @@ def test_it_looks_at_nothing_while_nobody_wants_it() -> None:
     assert advisor(on=False, press=9).say(10.0) == [False, 0, 0, 0, False, 10.0]
 
 
-def test_a_lidar_lost_or_blind_or_a_word_without_clearance_is_no_advice() -> None:
+def test_a_lidar_lost_or_blind_or_a_message_without_clearance_is_no_advice() -> None:
     one = advisor(press=9)
     assert one.say(10.3)[:2] == [False, 0]  # no newer data has arrived
     blind = Clearance(1 << codes.DIR_FORWARD, codes.SIMULATED, 10.0)
@@ -148,7 +148,7 @@ def moved(one: Advisor, headings_deg: list[float | None], at_s: float) -> None:
 
 def pressed(one: Advisor, press: int, at_s: float) -> None:
     clearance = Clearance(0, codes.SIMULATED, at_s, forward_mm=700)
-    one.hear(packed(Word(True, press, 0, ZONE, clearance)))
+    one.hear(pack(Message(True, press, 0, ZONE, clearance)))
 
 
 BEFORE = [359.0, 359.5, 0.5, 1.0]
@@ -187,7 +187,7 @@ def test_the_number_of_a_press_that_had_lost_its_heading_serves_again(
     pressed(one, 9, 10.25)
     assert one.say(10.25)[:2] == [True, 0]
     clearance = Clearance(0, codes.SIMULATED, 10.25, forward_mm=700)
-    one.hear(packed(Word(on=True, zone=ZONE, clearance=clearance, **between)))  # type: ignore[arg-type]
+    one.hear(pack(Message(on=True, zone=ZONE, clearance=clearance, **between)))  # type: ignore[arg-type]
     pressed(one, 0, 10.25)
     pressed(one, 9, 10.25)  # 255 presses later
     assert one.say(10.25)[1] == 9
@@ -200,7 +200,7 @@ def test_a_lost_heading_counts_however_late_it_is_read() -> None:
     assert one.say(10.2)[:2] == [True, 0]
 
 
-def test_foreign_words_and_datagrams_change_nothing() -> None:
+def test_foreign_messages_and_datagrams_change_nothing() -> None:
     one = advisor(press=9)
     for line in (b"", b"\xff" * 4000, b"[]", b'[true, 4, false, ["00"]]', b'{"on": false}'):
         one.hear(line)

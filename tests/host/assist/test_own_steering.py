@@ -63,11 +63,14 @@ def test_less_help_leads_less_far_from_where_he_points_whatever_is_around():
             at = np.linspace(-long_m, long_m, 60)[:, None]
             things.append(np.array((x, y)) + at * (math.cos(angle), math.sin(angle)))
         points = np.concatenate(things)
-        wish = math.radians(chance.uniform(-10.0, 10.0))
+        pointed_rad = math.radians(chance.uniform(-10.0, 10.0))
         for share in (1.0, 0.6, 0.3, 0.0):
-            way = ways.choose(points, wish, None, (360.0, 360.0), False, share)
+            way = ways.choose(points, pointed_rad, None, (360.0, 360.0), False, share)
             if way is not None:
                 chosen += 1
                 most_rad = math.radians(35.0 * share + 2.1)
-                assert max(abs(way.first_rad - wish), abs(way.then_rad - wish)) <= most_rad
+                assert (
+                    max(abs(way.first_rad - pointed_rad), abs(way.then_rad - pointed_rad))
+                    <= most_rad
+                )
     assert chosen > 30

@@ -35,7 +35,7 @@ def permits(outputs=(), **clearance):
 
 
 def told_deg():
-    return float(zone_of().of(codes.DIR_LEFT).told[CREEP])
+    return float(zone_of().of(codes.DIR_LEFT).permits_at[CREEP])
 
 
 @pytest.mark.parametrize("direction", [codes.DIR_FORWARD, codes.DIR_LEFT, codes.DIR_RIGHT])

@@ -22,9 +22,9 @@ def door(width_m, ahead_m, aside_m=0.0):
     return np.concatenate((wall(ahead_m, left, ahead_m, 3.0), wall(ahead_m, right, ahead_m, -3.0)))
 
 
-def choose(points, wish_deg=0.0, turns_deg=ANY_TURN):
+def choose(points, pointed_deg=0.0, turns_deg=ANY_TURN):
     ways = Ways(Footprint(margins=Margins()))
-    return ways.choose(points, math.radians(wish_deg), None, turns_deg, False)
+    return ways.choose(points, math.radians(pointed_deg), None, turns_deg, False)
 
 
 def test_a_corridor_ends_at_the_first_thing_within_its_width():
@@ -59,7 +59,7 @@ def test_a_door_beside_the_way_is_found_on_its_side(side):
 
 
 def test_a_door_far_off_where_the_driver_points_is_not_meant():
-    way = choose(door(0.90, 2.2, 0.25), wish_deg=-60.0)
+    way = choose(door(0.90, 2.2, 0.25), pointed_deg=-60.0)
     assert way is None or way.then_rad < math.radians(-20.0)
 
 

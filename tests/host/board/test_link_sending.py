@@ -17,7 +17,7 @@ FORWARD = Command(codes.FORWARD, codes.CONTINUOUS, 7, codes.DRIVER, 100.3)
 # Commands
 
 
-def test_without_a_wish_stop_is_repeated_every_20_ms(joined: Any) -> None:
+def test_without_a_command_stop_is_repeated_every_20_ms(joined: Any) -> None:
     joined.turn(1000)
     commands = joined.board.take("command")
     assert 49 <= len(commands) <= 51

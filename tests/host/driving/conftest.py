@@ -50,8 +50,8 @@ class Scene:
         mode: int = codes.CONTINUOUS,
         age_ms: int = 0,
     ) -> str | None:
-        wish = Drive(verb, mode, edge, self.token() - age_ms)
-        refusal = self.arbiter.receive(page or self.page, wish, self.now_s)
+        message = Drive(verb, mode, edge, self.token() - age_ms)
+        refusal = self.arbiter.receive(page or self.page, message, self.now_s)
         return None if refusal is None else refusal.reason
 
     def say(self, message: object, page: int | None = None) -> Refusal | None:

@@ -35,9 +35,9 @@ class Auto(Scene):
         assert self.say(UseMode(MODE, self.edge, self.token()), page) is None
         self.plan()
 
-    def plan(self, life_s: float = 0.15, wish: tuple[int, int] | None = (300, 50)) -> None:
+    def plan(self, life_s: float = 0.15, output: tuple[int, int] | None = (300, 50)) -> None:
         mode, number = self.arbiter.mode_press
-        self.arbiter.mode_says(mode, number, wish, self.now_s + life_s, self.now_s)
+        self.arbiter.mode_says(mode, number, output, self.now_s + life_s, self.now_s, True)
 
     def go_on(self, seconds: float, watch: int | None = None) -> None:
         """Time passes while the planner plans, and `watch` looks at their page."""
@@ -227,7 +227,7 @@ def test_what_the_board_ended_is_over_and_what_it_overrules_waits(auto: Auto) ->
 
 
 def test_at_its_own_end_nothing_is_left_to_release(auto: Auto) -> None:
-    auto.plan(wish=None)
+    auto.plan(output=None)
     assert not auto.drives
     assert auto.verb == codes.STOP
     assert auto.arbiter.auto_over == ""

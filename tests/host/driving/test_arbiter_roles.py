@@ -35,8 +35,8 @@ def viewer(armed: Any) -> int:
 
 
 def pull(scene: Any, page: int, edge: int, linear: int, turn: int = 0) -> str | None:
-    wish = Drive(codes.DRIVE, codes.CONTINUOUS, edge, scene.token(), linear, turn)
-    refusal = scene.say(wish, page)
+    message = Drive(codes.DRIVE, codes.CONTINUOUS, edge, scene.token(), linear, turn)
+    refusal = scene.say(message, page)
     return None if refusal is None else refusal.reason
 
 
@@ -55,8 +55,8 @@ def test_a_viewer_changes_nothing(armed: Any, viewer: int, kind: object) -> None
 
 def test_a_viewer_cannot_own_or_move(armed: Any, viewer: int) -> None:
     token = armed.token()
-    for wish in (Arm(token), Take(token), Reset(token), HoldBypass(1, token)):
-        assert armed.say(wish, viewer).reason == "not_allowed"
+    for message in (Arm(token), Take(token), Reset(token), HoldBypass(1, token)):
+        assert armed.say(message, viewer).reason == "not_allowed"
     assert armed.drive(1, viewer) == "not_allowed"
     assert armed.arbiter.owner == armed.page
 
@@ -74,8 +74,12 @@ def test_a_viewers_heartbeat_is_not_the_drivers(armed: Any, viewer: int) -> None
 def test_a_driver_does_not_take_over_cap_or_bypass(armed: Any) -> None:
     other = armed.arbiter.connect("driver", armed.now_s)
     token = armed.token()
-    for wish, what in ((Take(token), "take"), (Cap(500), "cap"), (HoldBypass(1, token), "bypass")):
-        refusal = armed.say(wish, other)
+    for message, what in (
+        (Take(token), "take"),
+        (Cap(500), "cap"),
+        (HoldBypass(1, token), "bypass"),
+    ):
+        refusal = armed.say(message, other)
         assert (refusal.what, refusal.reason) == (what, "not_allowed")
     assert armed.arbiter.owner == armed.page
 
@@ -106,7 +110,7 @@ def test_one_caretaker_takes_over_from_another(armed: Any, caretaker: int) -> No
     assert armed.arbiter.owner == other
 
 
-def test_a_wish_to_take_over_that_was_long_on_its_way_is_refused(
+def test_a_request_to_take_over_that_was_long_on_its_way_is_refused(
     armed: Any, caretaker: int
 ) -> None:
     armed.drive(1)

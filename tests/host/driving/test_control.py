@@ -76,12 +76,12 @@ def test_the_configured_driver_is_the_first_profile(rig: Rig) -> None:
 
 def test_a_changed_profile_is_news_for_the_pages(rig: Rig) -> None:
     version = rig.control.wait_change(0.0, -1)
-    wish = {"save": {"id": "1", "dwell_ms": 900}}
-    answer = rig.control.change_profile(wish, "driver")
+    request = {"save": {"id": "1", "dwell_ms": 900}}
+    answer = rig.control.change_profile(request, "driver")
     rig.control.update()
     assert rig.look()["profile"] == answer["revision"]
     assert rig.control.wait_change(0.0, version) != version
-    assert rig.control.change_profile(wish, "viewer")["reason"] == "not_allowed"
+    assert rig.control.change_profile(request, "viewer")["reason"] == "not_allowed"
     assert rig.control.change_profile({"save": {"id": "9"}}, "driver")["reason"] == (
         "profile_unknown"
     )

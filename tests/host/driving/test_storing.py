@@ -10,7 +10,7 @@ from gazechair.driving.storing import Storing
 from gazelink import codes
 from gazelink.settings_table import index_of
 
-WISH = {"linear_permille": 1000}
+VALUES = {"linear_permille": 1000}
 LINEAR = index_of("linear_permille")
 
 
@@ -26,7 +26,7 @@ def test_who_wants_to_arm_between_setting_and_saving_may_not() -> None:
         return codes.SETTING_WHILE_ARMED if board.armed else 0
 
     board.refuses = arms
-    CaretakerSettings(board, storing=storing.store).change(WISH)
+    CaretakerSettings(board, storing=storing.store).change(VALUES)
     assert board.values == board.saved
     assert board.saved[LINEAR] == 1000
     stores = codes.SETTING_GET, codes.SETTING_SET, codes.SETTING_SAVE
@@ -41,7 +41,7 @@ def test_after_a_refusal_everybody_may_arm_again(lost: bool) -> None:
     board.loses = lambda request, *_: lost and request == codes.SETTING_SAVE
     board.refuses = lambda request, _: request == codes.SETTING_SAVE and codes.SETTING_NOT_STORED
     with pytest.raises(SettingsRefused):
-        CaretakerSettings(board, storing=storing.store).change(WISH)
+        CaretakerSettings(board, storing=storing.store).change(VALUES)
     with storing.arm() as free:
         assert free
 
@@ -51,7 +51,7 @@ def test_while_somebody_is_about_to_drive_nothing_is_stored() -> None:
     board, storing = FakeBoard(), Storing(lambda: True)
     before = list(board.values)
     with pytest.raises(SettingsRefused) as refused:
-        CaretakerSettings(board, storing=storing.store).change(WISH)
+        CaretakerSettings(board, storing=storing.store).change(VALUES)
     assert refused.value.reason == "setting_while_armed"
     assert (board.values, board.saved) == (before, [])
     with storing.arm() as free:  # they do not wait for that

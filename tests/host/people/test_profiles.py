@@ -18,10 +18,10 @@ def profiles(tmp_path):
     return Profiles(tmp_path, FIELDS)
 
 
-def reason(profiles, wish, caretaker=True):
+def reason(profiles, posted, caretaker=True):
     before = profiles.as_json()
     with pytest.raises(ProfileRefused) as refused:
-        profiles.change(wish, caretaker)
+        profiles.change(posted, caretaker)
     assert profiles.as_json() == before
     return refused.value.reason
 
@@ -72,8 +72,8 @@ def test_other_values_are_refused_with_the_reason(profiles, name, value):
 
 
 def test_steering_is_never_slower_than_starting(profiles):
-    wish = {"save": {"id": "1", "dwell_ms": 300, "steer_dwell_ms": 400}}
-    assert reason(profiles, wish) == "profile_value"
+    posted = {"save": {"id": "1", "dwell_ms": 300, "steer_dwell_ms": 400}}
+    assert reason(profiles, posted) == "profile_value"
 
 
 def test_only_the_caretaker_creates_and_deletes(profiles):
@@ -90,12 +90,12 @@ def test_one_remains_and_there_is_an_end(profiles):
     assert profiles.as_json()["chosen"] == "2"
 
 
-@given(wish=st.dictionaries(st.text(max_size=8), st.recursive(st.none() | st.text(), st.lists)))
+@given(posted=st.dictionaries(st.text(max_size=8), st.recursive(st.none() | st.text(), st.lists)))
 @settings(max_examples=50, deadline=None)
-def test_no_wish_does_harm(tmp_path_factory, wish):
+def test_no_request_does_harm(tmp_path_factory, posted):
     profiles = Profiles(tmp_path_factory.mktemp("state"), FIELDS)
     with pytest.raises(ProfileRefused):
-        profiles.change(wish, True)
+        profiles.change(posted, True)
     assert len(profiles.as_json()["profiles"]) == 1
 
 
@@ -139,12 +139,12 @@ def test_a_new_language_is_one_file(tmp_path, monkeypatch):
 
 def test_assist_is_a_caretakers_to_switch_and_is_on_or_off():
     profiles = Profiles(None, FIELDS)
-    wish = {"save": {"id": "1", "assist": True}}
+    posted = {"save": {"id": "1", "assist": True}}
     with pytest.raises(ProfileRefused, match="caretaker"):
-        profiles.change(wish, False)
+        profiles.change(posted, False)
     for value in (1, "on", None, [True], {"on": True}):
         with pytest.raises(ProfileRefused):
             profiles.change({"save": {"id": "1", "assist": value}}, True)
     assert profiles.chosen()["assist"] is False
-    profiles.change(wish, True)
+    profiles.change(posted, True)
     assert profiles.chosen()["assist"] is True

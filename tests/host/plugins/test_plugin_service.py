@@ -197,7 +197,7 @@ def test_a_mode_is_asked_while_its_tile_is_held(house: Callable[[str], House]) -
         home.edge, home.tile = 1, "straight"
 
         def drives() -> bool:
-            home.edge += not home.rig.control.world().mode  # a stall ended the press: press again
+            home.edge += not home.rig.control.mode_context().mode  # a stall ended the press
             return home.moves()
 
         wait_until(drives, "it drives")

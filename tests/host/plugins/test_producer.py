@@ -257,9 +257,9 @@ class Riding(Person):
                 token = self.rig.look()["token"]
                 said = self.rig.say(k="mode", mode="ahead", edge=self.edge, token=token)
                 self.refused += [one["reason"] for one in said]
-                world = self.rig.control.world()
-                if world.mode and self.steers is not None:
-                    value = Value(self.rig.now_s, world.press, self.steers)
+                context = self.rig.control.mode_context()
+                if context.mode and self.steers is not None:
+                    value = Value(self.rig.now_s, context.press, self.steers)
                     self.mode.take(value.pack())
 
 
@@ -305,7 +305,7 @@ def test_without_the_persons_proof_a_mode_stops() -> None:
     riding.hold_tile()
     riding.run(0.2)
     riding.held = False
-    press = riding.rig.control.world().press
+    press = riding.rig.control.mode_context().press
     for _ in range(20):
         riding.run(0.02)
         riding.mode.take(Value(riding.rig.now_s, press, drive(400, 0)).pack())
@@ -342,7 +342,7 @@ def test_a_mode_that_is_lost_ends_and_cannot_be_chosen() -> None:
 def test_an_input_can_hold_a_mode() -> None:
     riding = Riding()
     riding.want(choose("ahead"))
-    press = riding.rig.control.world().press
+    press = riding.rig.control.mode_context().press
     riding.mode.take(Value(riding.rig.now_s, press, drive(200, 0)).pack())
     assert riding.command == (codes.DRIVE, 200, 0)
     riding.want(NOTHING)

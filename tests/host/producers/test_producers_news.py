@@ -9,7 +9,7 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.config.configuration import FootprintConfig, LidarConfig
-from gazechair.driving.world import Wish, World
+from gazechair.driving.mode_context import ModeContext, ModeOutput
 from gazechair.producers import exchange
 from gazechair.producers.contract import Said
 from gazechair.producers.places import Target
@@ -30,7 +30,7 @@ class Chair:
         self.settings: dict[str, int] | None = SETTINGS
         self.ended: list[tuple[str, int]] = []
         """Presses that were ended before their goal."""
-        self.wishes: list[Wish] = []
+        self.outputs: list[ModeOutput] = []
         self.cap_permille = 1000
         self._mode, self._press = "", 0
         self._services = {kind: self._service(kind, folder) for kind in KINDS}
@@ -53,16 +53,16 @@ class Chair:
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
 
     def mode_says(
-        self, mode: str, number: int, wish: Wish, _till_s: float, reached: bool = True
+        self, mode: str, number: int, output: ModeOutput, _till_s: float, reached: bool = True
     ) -> None:
-        self.wishes.append(wish)
-        if wish is None and not reached:
+        self.outputs.append(output)
+        if output is None and not reached:
             self.ended.append((mode, number))
 
-    def world(self) -> World:
+    def mode_context(self) -> ModeContext:
         nothing = dict.fromkeys(SEES)
         known = (True, 0.0, 0.0, nothing, SEES)
-        return World(self._mode, self._press, self.now_s, *known, self.cap_permille)
+        return ModeContext(self._mode, self._press, self.now_s, *known, self.cap_permille)
 
     def _tick(self) -> None:
         for service in self._services.values():
@@ -147,4 +147,4 @@ def test_under_the_caretakers_cap_the_curve_stays_the_same(chair: Chair, kind: s
     chair.goes(kind, (576, 130))
     chair.goes(kind, (0, 679))
     # Profile 3.1 has a deadband of 56: both move it at 47 % of what was asked.
-    assert chair.wishes == [(576, 130), (300, 91), (0, 300)]
+    assert chair.outputs == [(576, 130), (300, 91), (0, 300)]

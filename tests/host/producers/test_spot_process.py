@@ -15,7 +15,7 @@ import pytest
 from e2e.picture_chair import CAMERA, EYE
 from gazechair.base.health import Health
 from gazechair.config.configuration import FootprintConfig, LidarConfig
-from gazechair.driving.world import World
+from gazechair.driving.mode_context import ModeContext
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import PictureSlot
@@ -40,8 +40,8 @@ class Port:
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None:
         (self.offered.discard if tile is None else self.offered.add)(mode)
 
-    def world(self) -> World:
-        return World("", 0, time.monotonic(), True, 0.0, 0.0, dict.fromkeys(SEES), SEES)
+    def mode_context(self) -> ModeContext:
+        return ModeContext("", 0, time.monotonic(), True, 0.0, 0.0, dict.fromkeys(SEES), SEES)
 
 
 class Chair:

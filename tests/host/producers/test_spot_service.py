@@ -10,7 +10,7 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.config.configuration import FootprintConfig, LidarConfig
-from gazechair.driving.world import Wish, World
+from gazechair.driving.mode_context import ModeContext, ModeOutput
 from gazechair.producers import exchange
 from gazechair.producers.contract import Said
 from gazechair.producers.places import Target
@@ -48,11 +48,11 @@ class Chair:
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
 
-    def mode_says(self, mode: str, number: int, wish: Wish, *_more: object) -> None: ...
+    def mode_says(self, mode: str, number: int, output: ModeOutput, *_more: object) -> None: ...
 
-    def world(self) -> World:
+    def mode_context(self) -> ModeContext:
         nothing = dict.fromkeys(SEES)
-        return World(self._mode, self._press, self.now_s, self.armed, 0.0, 0.0, nothing, SEES)
+        return ModeContext(self._mode, self._press, self.now_s, self.armed, 0.0, 0.0, nothing, SEES)
 
     def _says(self, press: int, said: Said, ask: int = 0) -> None:
         self.service._on_data(exchange.pack(self.now_s, press, said, ask))

@@ -265,7 +265,7 @@ def test_backward_beside_an_obstacle_the_path_may_bend() -> None:
 
 
 def test_forward_an_obstacle_within_the_side_margin_leaves_creep() -> None:
-    creeps_m = float(ZONE.of(F).told[1])  # type: ignore[union-attr]
+    creeps_m = float(ZONE.of(F).permits_at[1])  # type: ignore[union-attr]
     for gap_m in (0.0, 0.005, 0.018):
         for x in (-0.4, 0.0, 0.6):
             told = reach_of(CHAIR).update(beside(gap_m, x))[F]
@@ -275,7 +275,7 @@ def test_forward_an_obstacle_within_the_side_margin_leaves_creep() -> None:
 
 
 def test_a_bend_longer_than_stopping_takes_limits_nothing() -> None:
-    most_m = float(ZONE.of(B).told.max())  # type: ignore[union-attr]
+    most_m = float(ZONE.of(B).permits_at.max())  # type: ignore[union-attr]
     for gap_m in np.linspace(0.01, 0.4, 40):
         told = reach_of(CHAIR).update(beside(float(gap_m)))[B]
         assert told <= most_m or told > 2.5

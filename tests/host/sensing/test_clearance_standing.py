@@ -203,7 +203,7 @@ def test_the_board_goes_on_to_furniture_after_it_was_blocked() -> None:
     # What a clearance plays, and what the board needs more before it goes on.
     ahead = ZONE.of(codes.DIR_FORWARD)
     assert ahead is not None
-    assert AHEAD.creep_way_m - 0.04 > ahead.told[zone.CREEP] + limits.BAND_MM / 1000.0
+    assert AHEAD.creep_way_m - 0.04 > ahead.permits_at[zone.CREEP] + limits.BAND_MM / 1000.0
 
 
 def test_a_piece_of_wall_seen_through_a_door_is_nobody() -> None:
@@ -243,7 +243,7 @@ def test_where_the_board_does_not_go_on_waiting_helps() -> None:
     # make furniture of it: else it would stand there for good.
     ahead = ZONE.of(codes.DIR_FORWARD)
     assert ahead is not None
-    goes_on_m = ahead.told[zone.CREEP] + limits.BAND_MM / 1000.0 + 0.04
+    goes_on_m = ahead.permits_at[zone.CREEP] + limits.BAND_MM / 1000.0 + 0.04
     for way_m in np.arange(0.2, 1.0, 0.01):
         judged = Judged()
         stuck = judged.look(float(way_m), 0.2) < goes_on_m

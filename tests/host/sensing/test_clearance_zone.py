@@ -24,7 +24,7 @@ from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.blind import BLIND, SEEN
 from gazechair.sensing.lidar.child import hear
 from gazechair.sensing.lidar.scan import ChairView
-from gazechair.sensing.lidar.told import said, understood
+from gazechair.sensing.lidar.zone_message import pack, unpack
 from gazelink import codes, zone
 from gazesim.rooms import Person, Room
 from gazesim.zone import told_by, zone_of
@@ -173,18 +173,18 @@ def test_what_no_chair_does_is_refused() -> None:
 
 def test_the_child_understands_what_the_daemon_says() -> None:
     for told in (told_by(), told_by(weak())):
-        line = said(told)
+        line = pack(told)
         assert len(line) < 1000
-        assert (understood(line + b"\n").far == StopZone(told.points).far).all()
-    for line in (said(NOT_KNOWN), b"", b"{", b"[1, 2]", b'["zz"]', b"7", b"\xff\n", b'["00"]'):
-        assert understood(line).far[F] == math.inf
+        assert (unpack(line + b"\n").far == StopZone(told.points).far).all()
+    for line in (pack(NOT_KNOWN), b"", b"{", b"[1, 2]", b'["zz"]', b"7", b"\xff\n", b'["00"]'):
+        assert unpack(line).far[F] == math.inf
 
 
 def test_the_child_hears_until_its_parent_is_gone() -> None:
     evaluator = Evaluator(Footprint(), [ORIGIN])
-    hear(io.BytesIO(said(told_by(weak())) + b"\n" + said(told_by()) + b"\n"), evaluator)
+    hear(io.BytesIO(pack(told_by(weak())) + b"\n" + pack(told_by()) + b"\n"), evaluator)
     assert (evaluator.zone.far == zone_of().far).all()
-    hear(io.BytesIO(said(NOT_KNOWN) + b"\n"), evaluator)
+    hear(io.BytesIO(pack(NOT_KNOWN) + b"\n"), evaluator)
     assert evaluator.zone.of(F) is None
 
 

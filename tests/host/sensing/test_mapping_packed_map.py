@@ -21,7 +21,7 @@ from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.stored import packed_map
 from gazechair.sensing.mapping.stored.home_map import HomeMap
-from gazechair.sensing.mapping.stored.packed_map import packed, unpacked
+from gazechair.sensing.mapping.stored.packed_map import pack, unpack
 from gazechair.sensing.mapping.stored.places import Drawn, EditRefused
 from gazechair.sensing.mapping.stored.ros_map import RosMapError, files_of
 from gazechair.sensing.mapping.stored.store import MapStore
@@ -67,7 +67,7 @@ def home(shorter: int = 0) -> HomeMap:
 
 
 def test_what_is_packed_comes_back_with_its_name_and_places() -> None:
-    found, was = unpacked(packed(home())), home()
+    found, was = unpack(pack(home())), home()
     assert (found.name, found.drawn) == (was.name, was.drawn)
     assert (found.grid.occupied == was.grid.occupied).all()
     assert (found.grid.free == was.grid.free).all()
@@ -76,11 +76,11 @@ def test_what_is_packed_comes_back_with_its_name_and_places() -> None:
 
 def test_a_map_of_another_program_is_named_by_its_yaml() -> None:
     other = {"office/floor 2.yaml": YAML, "office/map.pgm": IMAGE, "__MACOSX/._map.pgm": b"x"}
-    found = unpacked(zipped(other, zipfile.ZIP_STORED))
+    found = unpack(zipped(other, zipfile.ZIP_STORED))
     assert found.name == "floor 2"
     assert found.grid.low_m.tolist() == [-1.0, -2.0]
     assert found.grid.occupied.T[::-1].tolist() == (GREY == 0).tolist()
-    assert unpacked(places(name="\u202e" * 9)).name == "map"  # no name; map.yaml
+    assert unpack(places(name="\u202e" * 9)).name == "map"  # no name; map.yaml
 
 
 NEGATIVE = b"P5\n10 8\n255\n" + (254 - GREY).tobytes()
@@ -95,7 +95,7 @@ VARIANTS = {
 
 @pytest.mark.parametrize("name", VARIANTS)
 def test_other_ways_to_write_the_same_map(name: str) -> None:
-    grid = unpacked(VARIANTS[name]).grid
+    grid = unpack(VARIANTS[name]).grid
     assert grid.low_m.tolist() == [-1.0, -2.0]
     assert grid.occupied.T[::-1].tolist() == (GREY == 0).tolist()
     assert grid.free.T[::-1].tolist() == (GREY == 254).tolist()
@@ -105,7 +105,7 @@ def test_percentages_above_100_are_unknown() -> None:
     some = np.where(GREY, 0, 100).astype(np.uint8)
     some[-1] = 101, 101, 101, 205, 205, 254, 255, 255, 50, 0
     image = b"P5\n10 8\n255\n" + some.tobytes()
-    grid = unpacked(files(**{"map.yaml": YAML + b"mode: raw\n", "map.pgm": image})).grid
+    grid = unpack(files(**{"map.yaml": YAML + b"mode: raw\n", "map.pgm": image})).grid
     last = grid.free.T[0] | grid.occupied.T[0]
     assert last.tolist() == [False] * 9 + [True]
 
@@ -234,25 +234,25 @@ def test_what_is_no_map_is_refused_with_its_reason_and_nothing_is_stored(
 @settings(deadline=None, max_examples=300)
 @given(st.data())
 def test_any_bytes_are_a_map_or_refused(data: st.DataObject) -> None:
-    good = bytearray(packed(home()))
+    good = bytearray(pack(home()))
     for _ in range(data.draw(st.integers(0, 6))):
         good[data.draw(st.integers(0, len(good) - 1))] = data.draw(st.integers(0, 255))
     cut = data.draw(st.integers(0, len(good)))
     raw = bytes(good[:cut] if data.draw(st.booleans()) else good)
     with contextlib.suppress(RosMapError):
-        assert np.isfinite(unpacked(raw).grid.low_m).all()
+        assert np.isfinite(unpack(raw).grid.low_m).all()
 
 
 def test_a_map_is_added_under_a_name_of_its_own_and_at_most_20(tmp_path: Path) -> None:
     store = MapStore(tmp_path / "maps")
     desk = MapDesk(store, None)
     for number in range(MapStore.MOST):
-        assert store.get(desk.add(packed(home(number)))) is not None
+        assert store.get(desk.add(pack(home(number)))) is not None
     names = sorted(one.map.name for one in store.all() if one.map is not None)
     assert len(set(names)) == MapStore.MOST
     assert {"Ons huis 🏠", "Ons huis 🏠 2", "Ons huis 🏠 20"} <= set(names)
     with pytest.raises(EditRefused) as refused:
-        desk.add(packed(home(MapStore.MOST)))
+        desk.add(pack(home(MapStore.MOST)))
     assert refused.value.reason == "map_full"
 
 
@@ -276,13 +276,13 @@ def test_the_grey_of_the_unknown_is_no_floor_whatever_the_threshold() -> None:
     grey[4:] = 205  # 0.196, below the `free_thresh` that nav2 writes
     image = b"P5\n10 8\n255\n" + grey.tobytes()
     yaml = YAML + b"mode: trinary\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
-    grid = unpacked(files(**{"map.yaml": yaml, "map.pgm": image})).grid
+    grid = unpack(files(**{"map.yaml": yaml, "map.pgm": image})).grid
     assert grid.free.sum() == (grey == 254).sum()
-    scaled = unpacked(files(**{"map.yaml": yaml.replace(b"trinary", b"scale"), "map.pgm": image}))
+    scaled = unpack(files(**{"map.yaml": yaml.replace(b"trinary", b"scale"), "map.pgm": image}))
     assert scaled.grid.free.sum() == (grey != 0).sum()
 
 
 def test_thresholds_that_overlap_are_refused() -> None:
     overlap = YAML + b"occupied_thresh: 0.2\nfree_thresh: 0.3\n"
     with pytest.raises(RosMapError, match="is above occupied_thresh"):
-        unpacked(files(**{"map.yaml": overlap}))
+        unpack(files(**{"map.yaml": overlap}))

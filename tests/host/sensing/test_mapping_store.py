@@ -75,20 +75,20 @@ def test_what_is_drawn_is_stored_and_read_back(store: MapStore, tmp_path: Path) 
     ("act", "value", "reason"),
     [
         ("place", {**BED, "x": 50.0}, "map_outside"),
-        ("place", {**BED, "x": float("nan")}, "map_wish"),
-        ("place", {**BED, "y": True}, "map_wish"),
-        ("place", {**BED, "heading": "north"}, "map_wish"),
-        ("place", {**BED, "icon": "../../bed"}, "map_wish"),
+        ("place", {**BED, "x": float("nan")}, "map_request"),
+        ("place", {**BED, "y": True}, "map_request"),
+        ("place", {**BED, "heading": "north"}, "map_request"),
+        ("place", {**BED, "icon": "../../bed"}, "map_request"),
         ("place", {**BED, "name": ""}, "map_name"),
         ("place", {**BED, "number": 7}, "map_gone"),
-        ("place", [1], "map_wish"),
+        ("place", [1], "map_request"),
         ("remove_place", 1, "map_gone"),
         ("remove_place", "x", "map_gone"),
         ("no_go", SQUARE[:2], "map_area"),
         ("no_go", [[0.1, 0.1]] * 3, "map_area"),
         ("no_go", SQUARE * 20, "map_area"),
         ("no_go", [[0.1], 1, 2], "map_area"),
-        ("no_go", [[0.1, 0.1], [1e9, 0.1], [1.0, 1.0]], "map_wish"),
+        ("no_go", [[0.1, 0.1], [1e9, 0.1], [1.0, 1.0]], "map_request"),
         ("remove_no_go", None, "map_gone"),
         ("home", {"x": -1.0, "y": 0.0, "heading": 0.0}, "map_outside"),
     ],
@@ -250,7 +250,7 @@ def test_a_full_disk_is_told(store: MapStore, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.parametrize(
-    "wish",
+    "posted",
     [
         {},
         {"map": "a"},
@@ -262,8 +262,8 @@ def test_a_full_disk_is_told(store: MapStore, monkeypatch: pytest.MonkeyPatch) -
         {"discard": "yes"},
     ],
 )
-def test_a_wish_that_is_none(store: MapStore, wish: dict[str, Any]) -> None:
-    assert refused(MapDesk(store, None).change, wish) == "map_wish"
+def test_a_request_that_is_none(store: MapStore, posted: dict[str, Any]) -> None:
+    assert refused(MapDesk(store, None).change, posted) == "map_request"
 
 
 def test_without_a_lidar_maps_are_kept_and_none_is_made(store: MapStore) -> None:

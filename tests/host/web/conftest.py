@@ -28,7 +28,6 @@ from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.web import WebServer, control_sockets, files, page_client
-from gazechair.web.places import Place
 
 LONG_S = 20.0
 
@@ -218,8 +217,8 @@ class FakeSteps:
     def status(self) -> dict[str, Any]:
         return {"steps": [{"step": "versions", "done": True}], "run": {"step": ""}}
 
-    def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None:
-        self.heard.append(wish)
+    def ask(self, request: dict[str, Any]) -> tuple[str, str] | None:
+        self.heard.append(request)
         return self.refusal
 
 
@@ -316,11 +315,6 @@ class Visitor:
                     answer += part
         head, _, body = answer.partition(b"\r\n\r\n")
         return int(head.split()[1]), json.loads(body)
-
-    def places(self) -> list[Place]:
-        """The server's open connections."""
-        assert self._server._server is not None
-        return list(self._server._server.places._places.values())
 
     def _ask(
         self, path: str, content: bytes | None, headers: dict[str, str]

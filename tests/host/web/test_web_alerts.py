@@ -27,10 +27,10 @@ def test_who_acknowledges_or_tests_is_the_paired_device(caretaker: Any, alerts: 
 
 
 @pytest.mark.parametrize(
-    "wish", [{}, {"acknowledge": "3"}, {"acknowledge": True}, {"test": 1}, {"test": True, "x": 1}]
+    "posted", [{}, {"acknowledge": "3"}, {"acknowledge": True}, {"test": 1}, {"test": True, "x": 1}]
 )
-def test_what_is_no_wish_is_refused(caretaker: Any, alerts: Any, wish: dict[str, Any]) -> None:
-    status, _, answer = caretaker.post("/alerts", wish)
+def test_what_is_no_request_is_refused(caretaker: Any, alerts: Any, posted: dict[str, Any]) -> None:
+    status, _, answer = caretaker.post("/alerts", posted)
     assert (status, answer["reason"], alerts.heard) == (400, "bad_message", [])
 
 

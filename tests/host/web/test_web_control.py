@@ -14,7 +14,7 @@ from wsproto.events import Ping
 
 from gazechair.web import control_sockets, page_client
 from gazechair.web.page_client import PageClient
-from gazechair.web.turns import BURST_S, LONGEST_WAIT_S, SHARE
+from gazechair.web.processor_share import BURST_S, LONGEST_WAIT_S, SHARE
 
 LONG_S = 20.0
 
@@ -137,16 +137,16 @@ def test_a_cut_connection_disconnects_its_client(port: Any, open_page: Any) -> N
 
 
 def test_a_role_has_its_places_and_takes_none_of_anothers(port: Any, visitor: Any) -> None:
-    for _ in range(control_sockets.PLACES["viewer"]):
+    for _ in range(control_sockets.PAGES["viewer"]):
         visitor("viewer").open().next_of("state")
     assert visitor("viewer").open().until_closed()[0] == 1013
     assert visitor("driver").open().next()["k"] == "welcome"
     assert visitor("caretaker").open().next()["role"] == "driver"  # what this port says
-    assert port.roles == ["viewer"] * control_sockets.PLACES["viewer"] + ["driver", "caretaker"]
+    assert port.roles == ["viewer"] * control_sockets.PAGES["viewer"] + ["driver", "caretaker"]
 
 
 def test_a_freed_place_is_given_again(port: Any, visitor: Any) -> None:
-    pages = [visitor("viewer").open() for _ in range(control_sockets.PLACES["viewer"])]
+    pages = [visitor("viewer").open() for _ in range(control_sockets.PAGES["viewer"])]
     for page in pages:
         page.next_of("state")
     pages[0].ws.close()
@@ -161,7 +161,7 @@ def test_a_freed_place_is_given_again(port: Any, visitor: Any) -> None:
 
 def test_a_device_that_comes_back_replaces_its_own_page(port: Any, driver: Any) -> None:
     pages = []
-    for _ in range(control_sockets.PLACES["driver"] - 1):
+    for _ in range(control_sockets.PAGES["driver"] - 1):
         pages.append(driver.open())
         pages[-1].next_of("state")  # they are numbered as they are served
     assert driver.open().next()["k"] == "welcome"

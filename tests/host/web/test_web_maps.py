@@ -41,25 +41,25 @@ def test_a_caretaker_draws_and_everybody_sees(visitor: Any, maps: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("wish", "status", "reason"),
+    ("posted", "status", "reason"),
     [
         ({"map": "a", "rename": "\U0001f3e0" * 60}, 400, "map_name"),
         ({"map": "../../a", "rename": "x"}, 404, "map_gone"),
-        ({"map": "a", "place": 1}, 400, "map_wish"),
+        ({"map": "a", "place": 1}, 400, "map_request"),
         ({"make": True}, 409, "map_no_lidar"),
         ({"map": "zz", "delete": True}, 404, "map_gone"),
     ],
 )
 def test_a_refusal_has_its_reason(
-    visitor: Any, maps: Any, wish: dict[str, Any], status: int, reason: str
+    visitor: Any, maps: Any, posted: dict[str, Any], status: int, reason: str
 ) -> None:
-    answered, _, answer = visitor("caretaker").post("/maps", wish)
+    answered, _, answer = visitor("caretaker").post("/maps", posted)
     assert (answered, answer["reason"]) == (status, reason)
 
 
 def test_a_name_of_10000_signs_is_not_even_read(visitor: Any) -> None:
-    wish = {"map": "a", "rename": "\U0001f3e0" * 10_000}
-    assert visitor("caretaker").post("/maps", wish)[0] == 413
+    posted = {"map": "a", "rename": "\U0001f3e0" * 10_000}
+    assert visitor("caretaker").post("/maps", posted)[0] == 413
 
 
 def test_a_caretaker_takes_a_map_home_as_files_that_make_the_same_map(
@@ -174,8 +174,8 @@ def test_an_update_by_drives_is_taken_back_once(visitor: Any, maps: Any, tmp_pat
     assert store.update("a", was.grid, changed, "2026-11-23T10:00:00Z")
     row = json.loads(caretaker.get("/maps")[2])["maps"][0]
     assert (row["updates"], row["updated"]) == (1, "2026-11-23T10:00:00Z")
-    for wish in ({"map": "a", "back": 1}, {"map": "b", "back": True}):
-        assert caretaker.post("/maps", wish)[0] in (400, 404)
+    for posted in ({"map": "a", "back": 1}, {"map": "b", "back": True}):
+        assert caretaker.post("/maps", posted)[0] in (400, 404)
     assert visitor("driver").post("/maps", {"map": "a", "back": True})[0] == 403
     assert load(tmp_path / "maps" / "a.map").grid.same_as(changed)
     status, _, answer = caretaker.post("/maps", {"map": "a", "back": True})
@@ -197,8 +197,8 @@ def test_nobody_else_may_change_them(visitor: Any, maps: Any, role: str) -> None
     other = visitor(role)
     assert other.get("/maps")[0] == 403
     assert other.get("/maps/growing")[0] == 403
-    for wish in ({"map": "a", "rename": "x"}, {"make": True}, {"map": "a", "delete": True}):
-        assert other.post("/maps", wish)[0] == 403
+    for posted in ({"map": "a", "rename": "x"}, {"make": True}, {"map": "a", "delete": True}):
+        assert other.post("/maps", posted)[0] == 403
     assert maps.as_json()["maps"][0]["name"] == "home"
 
 

@@ -30,15 +30,15 @@ def test_the_settings_are_read_with_their_limits(caretaker: Any) -> None:
 
 
 def test_a_change_is_in_force_and_saved(caretaker: Any, board: Any) -> None:
-    wish = {"set": {"linear_permille": 400, "step_forward_ms": 1000}}
-    status, _, answer = caretaker.post("/settings", wish)
+    posted = {"set": {"linear_permille": 400, "step_forward_ms": 1000}}
+    status, _, answer = caretaker.post("/settings", posted)
     assert status == 200
     assert answer["settings"]["linear_permille"]["value"] == 400
     assert board.saved[LINEAR] == 400
 
 
 @pytest.mark.parametrize(
-    ("wishes", "status", "reason"),
+    ("values", "status", "reason"),
     [
         ({"linear_permille": 1001}, 400, "setting_out_of_range"),
         ({"linear_permille": "500"}, 400, "setting_out_of_range"),
@@ -50,12 +50,12 @@ def test_a_change_is_in_force_and_saved(caretaker: Any, board: Any) -> None:
         (None, 400, "bad_message"),
     ],
 )
-def test_a_bad_wish_changes_nothing(
-    caretaker: Any, board: Any, wishes: Any, status: int, reason: str
+def test_a_bad_request_changes_nothing(
+    caretaker: Any, board: Any, values: Any, status: int, reason: str
 ) -> None:
-    if isinstance(wishes, dict):
-        wishes = {"turn_permille": 321, **wishes}  # nor the good half of it
-    found, _, answer = caretaker.post("/settings", {"set": wishes})
+    if isinstance(values, dict):
+        values = {"turn_permille": 321, **values}  # nor the good half of it
+    found, _, answer = caretaker.post("/settings", {"set": values})
     assert (found, answer["reason"]) == (status, reason)
     assert 321 not in board.values
     assert board.saved == []
@@ -103,8 +103,8 @@ def test_what_is_not_stored_does_not_stay_in_force(
 ) -> None:
     before = list(board.values)
     board.refuses = lambda *asked: codes.SETTING_NOT_STORED if asked == refused else 0
-    wish = {"set": {"linear_permille": 1000, "step_forward_ms": 1000}}
-    found, _, answer = caretaker.post("/settings", wish)
+    posted = {"set": {"linear_permille": 1000, "step_forward_ms": 1000}}
+    found, _, answer = caretaker.post("/settings", posted)
     assert (found, answer["reason"]) == (507, "setting_not_stored")
     assert board.values == before
 

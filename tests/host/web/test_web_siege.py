@@ -18,7 +18,7 @@ import simple_websocket
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.configuration import Config, WebConfig
 from gazechair.people.pairing import Paired
-from gazechair.web import WebServer, handler, places
+from gazechair.web import WebServer, connection_limits, handler
 from gazemeasure.raw_page import frame, upgrade
 
 LONG_S = 20.0
@@ -93,7 +93,7 @@ def test_200_half_requests_delay_nobody(siege: Siege) -> None:
 
 
 def test_an_idle_connection_is_cut(siege: Siege, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(places, "LONGEST_NEW_S", 0.2)
+    monkeypatch.setattr(connection_limits, "LONGEST_NEW_S", 0.2)
     assert siege.answer(b"") == b""
     assert siege.answer(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX: ") == b""
     siege.page.next_of("state")  # it has been here for longer than that, and stays

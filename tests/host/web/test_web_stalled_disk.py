@@ -29,11 +29,11 @@ def test_while_a_pairing_is_stored_a_paired_driver_comes_back(
     desk: Any, visitor: Any, driver: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     nobody, other = visitor(None), visitor(None)
-    wish = {"code": desk.new_code("caretaker").text}
+    posted = {"code": desk.new_code("caretaker").text}
     stalled = Stalled(desk.pair)
     monkeypatch.setattr(desk, "pair", stalled)
     with ThreadPoolExecutor(1) as pool:
-        pairing = pool.submit(nobody.post, "/pair", wish)
+        pairing = pool.submit(nobody.post, "/pair", posted)
         try:
             assert stalled.waiting.acquire(timeout=LONG_S)
             assert driver.open().next()["k"] == "welcome"
@@ -47,7 +47,7 @@ def test_while_a_pairing_is_stored_a_paired_driver_comes_back(
 def test_while_profiles_are_stored_their_role_comes_back(
     port: Any, driver: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    stalled = Stalled(lambda _wish, _role: {"revision": 1})
+    stalled = Stalled(lambda _request, _role: {"revision": 1})
     monkeypatch.setattr(port, "change_profile", stalled, raising=False)
     with ThreadPoolExecutor(2) as pool:
         changes = [pool.submit(driver.post, "/profiles", {"choose": "1"}) for _ in range(2)]

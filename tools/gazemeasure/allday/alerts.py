@@ -108,10 +108,10 @@ class _Call:
             row["state"] == "open" for row in self.alerts()
         )
 
-    def alerts(self, **wish: Any) -> list[dict[str, Any]]:
-        """GET /alerts, or POST `wish` to it."""
+    def alerts(self, **posted: Any) -> list[dict[str, Any]]:
+        """GET /alerts, or POST `posted` to it."""
         headers = {"Cookie": self._cookie, "Content-Type": "application/json"}
-        body = json.dumps(wish).encode() if wish else None
+        body = json.dumps(posted).encode() if posted else None
         request = urllib.request.Request(self._url + "alerts", body, headers)
         with urllib.request.urlopen(request, timeout=_LIMIT_S) as answer:
             return list(json.load(answer)["alerts"])

@@ -132,7 +132,7 @@ class _Run:
     def __init__(
         self, home: Home, router: Router, seed: int, foreign: bool, grid: OccupancyGrid | None
     ) -> None:
-        self._home, self._foreign = home, foreign
+        self._home = home
         self._walk = Walk(home, router, seed, foreign)
         chance = random.Random(f"chair {home.name} {seed}")
         self._random = np.random.default_rng(chance.randrange(1 << 30))

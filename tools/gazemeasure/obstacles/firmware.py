@@ -9,10 +9,10 @@ from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import BoardZone
 from gazechair.sensing.clearance.evaluate import Evaluator
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
+from gazechair.sensing.lidar import zone_message
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import to_chair
 from gazechair.sensing.lidar.stream import ByteStream
-from gazechair.sensing.lidar.told import said, understood
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.obstacles.eyes import FRONT
@@ -44,7 +44,7 @@ class Eyes:
 
     def hear(self, zone: BoardZone) -> None:
         """New stopping distances of the board."""
-        self._evaluate.zone = understood(said(zone))
+        self._evaluate.zone = zone_message.unpack(zone_message.pack(zone))
 
     def step(self, data: bytes, now_ms: int) -> Clearance | None:
         """Process a millisecond's bytes; returns the new clearance, if any."""

@@ -3,8 +3,9 @@
 Time is injected. A right code is never locked out: it is checked a second after its first attempt,
 whatever others guess, even from the same address. So guessing is slowed, not locked; a code's
 length protects it. It is 1 of 30**8 = 6.6e11; strangers get a quarter of a processor for all their
-requests (gazechair.web.turns), which is under 1000 guesses a second. For all of a code's 10 minutes
-that is 600,000 guesses: with 4 open codes a chance of 4e-6. Paired devices are not checked here.
+requests (gazechair.web.processor_share), which is under 1000 guesses a second. For all of a code's
+10 minutes that is 600,000 guesses: with 4 open codes a chance of 4e-6. Paired devices are not
+checked here.
 """
 
 from __future__ import annotations

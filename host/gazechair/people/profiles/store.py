@@ -63,15 +63,15 @@ class Profiles:
         with self._lock:
             return self._as_json()
 
-    def change(self, wish: Mapping[str, Any], caretaker: bool) -> dict[str, Any]:
+    def change(self, request: Mapping[str, Any], caretaker: bool) -> dict[str, Any]:
         """Do what POST /profiles requests; returns the new as_json(). Raises ProfileRefused.
 
-        `wish` is one of {"choose": id}, {"save": {"id": id, field: value, ...}}, and for the
+        `request` is one of {"choose": id}, {"save": {"id": id, field: value, ...}}, and for the
         caretaker {"create": name} (as the chosen one) and {"delete": id}.
         """
-        if len(wish) != 1:
+        if len(request) != 1:
             raise ProfileRefused("bad_message", "send one of choose, save, create, delete")
-        ((kind, what),) = wish.items()
+        ((kind, what),) = request.items()
         if kind in ("create", "delete") and not caretaker:
             raise ProfileRefused("not_allowed", f"only the caretaker may {kind} a profile")
         with self._changing:

@@ -68,9 +68,9 @@ class LidarReach:
         backward = zone.of(codes.DIR_BACKWARD)
         self._margin_m = 0.0 if backward is None else backward.margin
         forward = zone.of(codes.DIR_FORWARD)
-        self._creeps_m = 0.0 if forward is None else float(forward.told[CREEP]) + AGAIN_M
+        self._creeps_m = 0.0 if forward is None else float(forward.permits_at[CREEP]) + AGAIN_M
         # A bend that is longer limits nothing.
-        self._bend_m = math.inf if backward is None else float(backward.told.max())
+        self._bend_m = math.inf if backward is None else float(backward.permits_at.max())
         self._arc_zone = 1000.0 * zone.far[: codes.DIR_LEFT].max() / arcs.UNIT_MM
         for direction, standing in self._standing.items():
             standing.approach = Approach(zone.of(direction))

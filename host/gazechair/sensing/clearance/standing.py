@@ -51,17 +51,17 @@ class Approach:
         """Nearer than this to a possible person, the chair stops."""
         self.again_from_m = np.inf
         """Nearer than this, a standing chair does not go on."""
-        self._from_m = self._told_m = np.zeros(0)
+        self._from_m = self._permits_at_m = np.zeros(0)
         if stopping is None:
             return
         # The distance required for each speed: the person walks until the chair nearly stands.
         still_s = stopping.time_s(_HARMLESS_M_S) - stopping.time_s(0.0)
         walked_m = _WALK_M_S * np.maximum(stopping.times_s - still_s, stopping.time_s(0.0))
         self._from_m = (stopping.stops - stopping.margin + walked_m)[zone.CREEP :]
-        self._told_m = stopping.told[zone.CREEP :]
-        self.creep_way_m = float(self._told_m[0]) + AGAIN_M
+        self._permits_at_m = stopping.permits_at[zone.CREEP :]
+        self.creep_way_m = float(self._permits_at_m[0]) + AGAIN_M
         self.blocked_within_m = float(self._from_m[0])
-        self.again_from_m = float(np.interp(self.creep_way_m, self._told_m, self._from_m))
+        self.again_from_m = float(np.interp(self.creep_way_m, self._permits_at_m, self._from_m))
 
     def told_m(self, way_m: float) -> float:
         """Clearance to report when a person may stand `way_m` ahead."""
@@ -69,7 +69,7 @@ class Approach:
             return way_m
         if way_m < self.blocked_within_m:
             return 0.0
-        told = float(np.interp(way_m, self._from_m, self._told_m))
+        told = float(np.interp(way_m, self._from_m, self._permits_at_m))
         return told + max(0.0, way_m - float(self._from_m[-1]))
 
 

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.board.zone import BoardZone
 from gazelink import codes, zone
 
 _MM = 1000.0
@@ -35,7 +36,7 @@ class Stopping:
         self.stops: FloatArray = rows[:, 1] / unit
         """Distance from the decision until the chair stands, margin included."""
         self.times_s: FloatArray = rows[:, 2] / 1000.0
-        self.told: FloatArray = rows[:, 3] / unit
+        self.permits_at: FloatArray = rows[:, 3] / unit
         """Clearance with which the board permits that speed, and no higher one."""
         self.margin = float(self.stops[zone.STANDING])
         self.zone = float(self.stops[zone.FULL])
@@ -82,3 +83,17 @@ class StopZone:
 
 
 UNKNOWN = StopZone()
+
+
+def to_hex(zone: BoardZone) -> list[str]:
+    """The points of `zone` as they are sent to a child process."""
+    return [one.hex() for one in zone.points]
+
+
+def from_hex(points: Sequence[str]) -> tuple[BoardZone, StopZone]:
+    """The zone in `points` of to_hex: as sent by the board, and to look up in.
+
+    Raises ValueError or TypeError.
+    """
+    zone = BoardZone(tuple(bytes.fromhex(one) for one in points))
+    return zone, StopZone(zone.points) if zone.points else UNKNOWN

@@ -23,13 +23,12 @@ from gazechair.base import health as states
 from gazechair.base.supervisor import RecordWriter, child_main
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
-from gazechair.sensing.lidar import recorded
+from gazechair.sensing.lidar import recorded, zone_message
 from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness
 from gazechair.sensing.lidar.reader import Reader
 from gazechair.sensing.lidar.report import LOST, LidarReport, Report
 from gazechair.sensing.lidar.scan import ChairView, Placing, Pose, Scan, view_of
 from gazechair.sensing.lidar.stream import Tap
-from gazechair.sensing.lidar.told import understood
 from gazechair.sensing.odometry.half_turns import HalfTurns
 
 _PULSE_S = 0.1  # a report at least this often, also without scans
@@ -185,7 +184,7 @@ def _arcs(flags: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[tuple[int, int], 
 def hear(lines: BinaryIO | RawIOBase, evaluator: Evaluator) -> None:
     """Take the board's stopping distances and times from the parent, until it ends."""
     while line := lines.readline(_LINE):
-        evaluator.zone = understood(line)
+        evaluator.zone = zone_message.unpack(line)
 
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> int:

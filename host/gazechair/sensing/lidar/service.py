@@ -13,9 +13,9 @@ from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import NOT_KNOWN, BoardZone
 from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.sensing.lidar import zone_message
 from gazechair.sensing.lidar.recorded import unpack
 from gazechair.sensing.lidar.report import DAMAGED, LOST, ONE, VIEW, LidarReport, Report
-from gazechair.sensing.lidar.told import said
 
 # Equal reports in a row, some 0.3 s, before another verdict on the view counts.
 _STEADY = 12
@@ -53,7 +53,7 @@ class LidarService(Supervised):
         self._published: Clearance | None = None
         self._verdict = _Steady()
         self.report: Report | None = None
-        self._zone = said(NOT_KNOWN)
+        self._zone = zone_message.pack(NOT_KNOWN)
 
     def start(self) -> None:
         """Start the child process; with kind "off" only report that in the health."""
@@ -88,7 +88,7 @@ class LidarService(Supervised):
 
     def zone(self, zone: BoardZone) -> None:
         """The board's new stopping distances. From any thread, also before the start."""
-        self._zone = said(zone)
+        self._zone = zone_message.pack(zone)
         if self._supervisor is not None:
             self._supervisor.tell(self._zone)
 

@@ -75,12 +75,12 @@ class MapDesk:
         """A map as a zip file of what ROS reads. Raises EditRefused."""
         home = self._usable(id_).map
         assert home is not None
-        return packed_map.packed(home)
+        return packed_map.pack(home)
 
     def add(self, data: bytes) -> str:
         """Add the map in a zip file (see `files`); returns its id. Raises EditRefused."""
         try:
-            return self._store.add(packed_map.unpacked(data))
+            return self._store.add(packed_map.unpack(data))
         except RosMapError as error:
             raise EditRefused(error.reason, str(error)) from None
 
@@ -88,19 +88,19 @@ class MapDesk:
         """The map that is being made; None before there is something to see."""
         return self._service.picture if self._service is not None else None
 
-    def change(self, wish: dict[str, Any]) -> None:
+    def change(self, request: dict[str, Any]) -> None:
         """Do one act: on the map being made, or on the stored map `map`. Raises EditRefused."""
-        acts = [key for key in wish if key != "map"]
+        acts = [key for key in request if key != "map"]
         if len(acts) != 1:
-            raise EditRefused("map_wish", "send one act")
+            raise EditRefused("map_request", "send one act")
         (act,) = acts
-        value = wish[act]
-        if "map" not in wish:
+        value = request[act]
+        if "map" not in request:
             self._making(act, value)
             return
-        id_ = wish["map"]
+        id_ = request["map"]
         if not isinstance(id_, str):
-            raise EditRefused("map_wish", '"map" is a text')
+            raise EditRefused("map_request", '"map" is a text')
         if act in ACTS:
             self._store.draw(id_, act, value)
         elif act == "rename":
@@ -111,12 +111,12 @@ class MapDesk:
             if not self._store.take_back(id_):
                 raise EditRefused("map_no_update", "no drive has changed it")
         else:
-            raise EditRefused("map_wish", f"there is no act {act!r}")
+            raise EditRefused("map_request", f"there is no act {act!r}")
 
     def _making(self, act: str, value: Any) -> None:
         service = self._service
         if act not in ("make", "save", "discard") or (act != "save" and value is not True):
-            raise EditRefused("map_wish", f"there is no act {act!r}")
+            raise EditRefused("map_request", f"there is no act {act!r}")
         if service is None:
             raise EditRefused("map_no_lidar", "there is no lidar, or odometry is off")
         if act == "make":

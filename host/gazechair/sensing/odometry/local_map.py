@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from gazechair.base.footprint import FloatArray
 
 SIZE = 512  # cells along each side of the window
-REACH_M = 18.0  # points within this distance fit in, wherever the chair is in the window
 _STRIDE = 64  # cells by which the window moves
 _FULL = 20  # points at which a cell is frozen, so that it cannot drift
 _APART_S = 0.25

@@ -31,10 +31,10 @@ from gazechair.sensing.odometry.match import (
     fit,
 )
 from gazechair.sensing.odometry.mounting import Mounting, Stand
-from gazechair.sensing.odometry.obedience import Obedience
 from gazechair.sensing.odometry.points import Piece, seen_points
 from gazechair.sensing.odometry.repeated import repeats
 from gazechair.sensing.odometry.reports import OLD_S, Reports
+from gazechair.sensing.odometry.speed_by_command import SpeedByCommand
 from gazechair.sensing.odometry.turned_piece import TurnedPiece
 
 _HEADING_ERROR_RAD = math.radians(0.1)
@@ -94,6 +94,10 @@ class Estimate:
     track: int
     """Number of the start: positions of different tracks are unrelated."""
 
+    def pose(self) -> FloatArray:
+        """(3,): x, y in metres, heading in radians, full turns counted."""
+        return np.array((self.x_m, self.y_m, math.radians(self.heading_deg)))
+
 
 @dataclass(frozen=True)
 class _Fitted:
@@ -119,7 +123,7 @@ class Odometry:
         self._drift = np.zeros((2, 2))  # covariance of the remembered surfaces, since the beginning
         self._track = track
         self._doubts = Doubts()
-        self._obedience = Obedience()
+        self._speed_by_command = SpeedByCommand()
         self._mounting = Mounting()
         self._turned_piece = TurnedPiece()
         self._places: deque[tuple[float, float, float]] = deque()
@@ -156,7 +160,7 @@ class Odometry:
         found = fitted.fit
         self._grow(found)
         dt_s = at_s - self._time_s
-        self._obedience.judge(float(found.state[FORWARD] - self._state[FORWARD]), dt_s)
+        self._speed_by_command.judge(float(found.state[FORWARD] - self._state[FORWARD]), dt_s)
         self._cross_check(found, dt_s, judges)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, sensor.rad
@@ -313,7 +317,7 @@ class Odometry:
         state[Y] += (s * forward + c * sideways) * dt
         state[SIDEWAYS] *= fades
         command, changing = self._reports.command(at_s)
-        speed = self._obedience.predict(
+        speed = self._speed_by_command.predict(
             float(forward),
             float(before[FULL]),
             math.sqrt(self._covariance[FULL, FULL]),

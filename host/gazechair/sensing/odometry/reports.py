@@ -13,7 +13,7 @@ import numpy as np
 from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.doubts import Outputs
-from gazechair.sensing.odometry.obedience import CHANGED_S, DEAD_S
+from gazechair.sensing.odometry.speed_by_command import CHANGED_S, DEAD_S
 
 if TYPE_CHECKING:
     from gazechair.sensing.odometry.odometry import Motion

@@ -1,9 +1,8 @@
-"""Least squares within bounds: Levenberg and Marquardt's method, with weights that fall off for
-data far away (Huber).
+"""Least squares within bounds by Levenberg and Marquardt's method, with Huber's weights.
 
-The damping is scaled by the unknowns' natural sizes, not by the data's sensitivity to them: an
-unknown with hardly any effect at a point (the casters' position at the end of their swing) would
-otherwise take every step, and too far.
+The weights fall off for data far away. The damping is scaled by the unknowns' natural sizes, not by
+the data's sensitivity to them: an unknown with hardly any effect at a point (the casters' position
+at the end of their swing) would otherwise take every step, and too far.
 """
 
 from __future__ import annotations

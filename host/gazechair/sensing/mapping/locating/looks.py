@@ -64,7 +64,7 @@ class Looks:
     @property
     def pose(self) -> FloatArray:
         """Of the newest estimate; see Seen.odometry."""
-        return _pose(self.newest)
+        return self.newest.pose()
 
     def seen(self) -> Seen:
         """Everything seen within the last turn, relative to the newest pose."""
@@ -77,9 +77,5 @@ class Looks:
                 turned = math.radians(estimate.yaw_rate_deg_s) * after_s
                 points, _ = seen_points(piece, turned, estimate.speed_m_s, estimate.sideways_m_s)
                 origins = np.tile(piece.origin_m, (len(points), 1))
-                looks.append(Look(points, origins).moved(between(here, _pose(estimate))))
+                looks.append(Look(points, origins).moved(between(here, estimate.pose())))
         return Seen(together(looks), here, newest)
-
-
-def _pose(estimate: Estimate) -> FloatArray:
-    return np.array((estimate.x_m, estimate.y_m, math.radians(estimate.heading_deg)))

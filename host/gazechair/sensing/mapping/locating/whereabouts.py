@@ -51,8 +51,6 @@ class Whereabouts:
     sigma_deg: float
     explained: float
     """Share of the look that the map explains, 0..1; low in a crowd, or where much was moved."""
-    confirmed_s: float
-    """Monotonic time of the last confirmation by the map; since then by odometry alone."""
 
 
 def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
@@ -60,7 +58,7 @@ def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
     age_s = estimate.time_s - fix.time_s
     if estimate.track != fix.track or abs(age_s) > CONFIRMED_S:
         return None
-    here = _pose(estimate.x_m, estimate.y_m, estimate.heading_deg)
+    here = estimate.pose()
     moved = between(_pose(*fix.odometry), here)
     x_m, y_m, heading_rad = compose(_pose(fix.x_m, fix.y_m, fix.heading_deg), moved).tolist()
     way_m, turned_deg = math.hypot(moved[0], moved[1]), abs(math.degrees(moved[2]))
@@ -73,7 +71,6 @@ def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
         math.hypot(fix.sigma_m, _DRIFT * way_m),
         math.hypot(fix.sigma_deg, _DRIFT * turned_deg),
         fix.explained,
-        fix.time_s,
     )
 
 

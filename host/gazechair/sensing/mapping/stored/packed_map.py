@@ -36,17 +36,17 @@ _DAMAGE = (
 )
 
 
-def packed(home: HomeMap) -> bytes:
+def pack(home: HomeMap) -> bytes:
     """A zip file of what ros_map.write writes."""
     whole = io.BytesIO()
-    with zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as pack:
+    with zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in ros_map.files_of(home).items():
-            pack.writestr(name, content)
+            archive.writestr(name, content)
     return whole.getvalue()
 
 
-def unpacked(data: bytes) -> HomeMap:
-    """The map in a zip file; its name is what `packed` wrote, else its yaml file's.
+def unpack(data: bytes) -> HomeMap:
+    """The map in a zip file; its name is what `pack` wrote, else its yaml file's.
 
     Raises RosMapError.
     """
@@ -82,9 +82,9 @@ def _files(data: bytes) -> dict[str, bytes]:
         raise RosMapError("map_file_large", f"{len(data)} bytes are too many")
     try:
         _check_table(data)
-        with zipfile.ZipFile(io.BytesIO(data)) as pack:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
             rows: dict[str, zipfile.ZipInfo] = {}
-            for one in pack.infolist():
+            for one in archive.infolist():
                 name = _plain(one.filename)
                 if not name:
                     continue
@@ -94,7 +94,7 @@ def _files(data: bytes) -> dict[str, bytes]:
             whole = sum(one.file_size for one in rows.values())
             if whole > _MOST_WHOLE:
                 raise RosMapError("map_file_large", f"{whole} bytes are too many")
-            return {name: _content(pack, one, name) for name, one in rows.items()}
+            return {name: _content(archive, one, name) for name, one in rows.items()}
     except _DAMAGE as error:
         raise RosMapError("map_file_zip", f"no zip file that can be used: {error}") from None
 
@@ -118,11 +118,11 @@ def _plain(path: str) -> str:
     return parts[-1]
 
 
-def _content(pack: zipfile.ZipFile, one: zipfile.ZipInfo, name: str) -> bytes:
+def _content(archive: zipfile.ZipFile, one: zipfile.ZipInfo, name: str) -> bytes:
     most = _MOST_TEXT if name.endswith((*_YAML, ".json")) else _MOST_IMAGE
     if one.compress_type not in _PACKING or one.flag_bits & _ENCRYPTED:
         raise ValueError(f"{name!r} is packed in another way")
     if one.file_size > most:
         raise RosMapError("map_file_large", f"{name!r} is too large ({one.file_size} bytes)")
-    with pack.open(one) as file:
+    with archive.open(one) as file:
         return file.read(most)

@@ -97,11 +97,11 @@ class Drawn:
     def with_place(self, fields: Any) -> Drawn:
         """With one more place, or the one with the `number` in `fields` changed. EditRefused."""
         if not isinstance(fields, dict):
-            raise EditRefused("map_wish", "a place is an object")
+            raise EditRefused("map_request", "a place is an object")
         number = fields.get("number")
         name, icon = name_of(fields.get("name")), fields.get("icon")
         if icon not in ICONS:
-            raise EditRefused("map_wish", f"an icon is one of {', '.join(ICONS)}")
+            raise EditRefused("map_request", f"an icon is one of {', '.join(ICONS)}")
         others = self.places if number is None else _without(self.places, number)
         if any(same_name(one.name, name) for one in others):
             raise EditRefused("map_name_taken", f"there is a place {name} already")
@@ -146,9 +146,9 @@ def drawn_of(fields: Any) -> Drawn:
     for rows in (fields["places"], fields["no_go"]):
         numbers = [row["number"] for row in rows]
         if any(type(one) is not int or not 0 < one <= _MOST_READ_NUMBER for one in numbers):
-            raise EditRefused("map_wish", "numbers are whole and positive")
+            raise EditRefused("map_request", "numbers are whole and positive")
         if len(set(numbers)) < len(numbers):
-            raise EditRefused("map_wish", "a number is there twice")
+            raise EditRefused("map_request", "a number is there twice")
     drawn = Drawn(home=None if fields["home"] is None else spot_of(fields["home"]))
     for number, row in _numbered(fields["no_go"]):
         area = drawn.with_area(row["corners"]).no_go[-1]
@@ -190,7 +190,7 @@ def same_name(one: str, other: str) -> bool:
 def spot_of(fields: Any) -> Spot:
     """Of `x`, `y`, `heading`. Raises EditRefused."""
     if not isinstance(fields, dict):
-        raise EditRefused("map_wish", "a spot has x, y and heading")
+        raise EditRefused("map_request", "a spot has x, y and heading")
     heading = _number(fields.get("heading"))
     return Spot(_metres(fields.get("x")), _metres(fields.get("y")), round(heading % 360.0, 1))
 
@@ -208,13 +208,13 @@ def _metres(value: Any) -> float:
 
 def _number(value: Any) -> float:
     if type(value) not in (int, float) or not abs(value) < 1e9 or not math.isfinite(value):
-        raise EditRefused("map_wish", "x, y and heading are numbers")
+        raise EditRefused("map_request", "x, y and heading are numbers")
     return float(value)
 
 
 def _last(value: Any) -> int:
     if type(value) is not int or not 0 <= value <= _MOST_READ_NUMBER:
-        raise EditRefused("map_wish", "numbers are whole and positive")
+        raise EditRefused("map_request", "numbers are whole and positive")
     return value
 
 

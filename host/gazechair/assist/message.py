@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import NOT_KNOWN, BoardZone
-from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
+from gazechair.sensing.clearance.zone import StopZone, from_hex, to_hex
 
 _FIELDS = (
     "blocked",
@@ -23,7 +23,7 @@ _FIELDS = (
 
 
 @dataclass(frozen=True)
-class Word:
+class Message:
     """The newest values."""
 
     on: bool = False
@@ -37,25 +37,24 @@ class Word:
     """The newest that was sent to the board."""
 
 
-def packed(word: Word) -> bytes:
-    """`word` as one line, without the newline."""
-    clearance = word.clearance
-    fields = [word.on, word.press, word.turns, [one.hex() for one in word.zone.points]]
+def pack(message: Message) -> bytes:
+    """`message` as one line, without the newline."""
+    clearance = message.clearance
+    fields = [message.on, message.press, message.turns, to_hex(message.zone)]
     if clearance is not None:
         fields.append([getattr(clearance, name) for name in _FIELDS] + [list(clearance.arcs)])
     return json.dumps(fields).encode()
 
 
-def unpacked(line: bytes) -> tuple[Word, StopZone]:
-    """The word in `line`, and the stop zone in it. Raises ValueError for a malformed line."""
+def unpack(line: bytes) -> tuple[Message, StopZone]:
+    """The message in `line`, and the stop zone in it. Raises ValueError for a malformed line."""
     try:
-        on, press, turns, zone, *rest = json.loads(line)
-        points = tuple(bytes.fromhex(one) for one in zone)
+        on, press, turns, points, *rest = json.loads(line)
+        zone, stop_zone = from_hex(points)
         clearance = None
         if rest:
             *values, arcs = rest[0]
             clearance = Clearance(**dict(zip(_FIELDS, values, strict=True)), arcs=arcs)
-        word = Word(bool(on), int(press), int(turns), BoardZone(points), clearance)
-        return word, StopZone(points) if points else UNKNOWN
+        return Message(bool(on), int(press), int(turns), zone, clearance), stop_zone
     except (TypeError, KeyError) as error:
-        raise ValueError(f"no word for assist: {error!r}") from None
+        raise ValueError(f"no message for assist: {error!r}") from None

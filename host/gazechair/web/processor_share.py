@@ -1,4 +1,4 @@
-"""Processor turns: requests from strangers never delay the chair's own threads.
+"""Shares of the processor: requests from strangers never delay the chair's own threads.
 
 Python runs one thread at a time. So strangers, and the requests of each role, take turns: a few at
 once, and on average no more than a share of one processor. Waiting for the network takes no
@@ -18,14 +18,14 @@ from gazechair.base.latest_value import Clock
 SHARE = 0.25
 BURST_S = 0.05
 LONGEST_WAIT_S = 5.0
-_MINE = threading.local()  # billed_s: of this thread's processor time, by any Turns
+_MINE = threading.local()  # billed_s: of this thread's processor time, by any Shares
 
 
 class Crowded(Exception):
     """Raised when no turn became free in time."""
 
 
-class Turns:
+class Shares:
     """Thread-safe."""
 
     def __init__(

@@ -27,7 +27,7 @@ class Change:
     """Process noise: variance of the change per second."""
 
 
-class Obedience:
+class SpeedByCommand:
     """Predicts by the command for as long as the chair roughly follows it."""
 
     def __init__(self) -> None:

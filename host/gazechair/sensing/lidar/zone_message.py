@@ -6,21 +6,20 @@ import json
 import logging
 
 from gazechair.board.zone import BoardZone
-from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
+from gazechair.sensing.clearance.zone import UNKNOWN, StopZone, from_hex, to_hex
 
 log = logging.getLogger(__name__)
 
 
-def said(zone: BoardZone) -> bytes:
+def pack(zone: BoardZone) -> bytes:
     """`zone` as one line, without the newline."""
-    return json.dumps([one.hex() for one in zone.points]).encode()
+    return json.dumps(to_hex(zone)).encode()
 
 
-def understood(line: bytes) -> StopZone:
+def unpack(line: bytes) -> StopZone:
     """The stop zone in `line`; UNKNOWN for a malformed one, which is logged."""
     try:
-        points = json.loads(line)
-        return StopZone([bytes.fromhex(one) for one in points]) if points else UNKNOWN
+        return from_hex(json.loads(line))[1]
     except (ValueError, TypeError) as error:
         log.warning("what the board says about its stopping makes no sense: %s", error)
         return UNKNOWN

@@ -9,12 +9,12 @@ from gazechair.board.state import BoardState
 from gazechair.sensing.clearance.shown import shown
 from gazelink import codes
 
-Wish = tuple[int, int] | None
+ModeOutput = tuple[int, int] | None
 """A mode's output: linear and turn, permille; None: it has ended."""
 
 
 @dataclass(frozen=True)
-class World:
+class ModeContext:
     """What modes may know: the press, the board's state, and the clearance."""
 
     mode: str
@@ -43,9 +43,9 @@ def sensed(
     now_s: float,
     old_s: float,
     cap_permille: int,
-) -> World:
-    """The world at `now_s`; a clearance older than `old_s` is none."""
-    return World(
+) -> ModeContext:
+    """What modes may know at `now_s`; a clearance older than `old_s` is none."""
+    return ModeContext(
         mode,
         press,
         0.0 if state is None else state.received_s,

@@ -15,11 +15,11 @@ Page = TypeVar("Page")
 
 
 class Full(Exception):
-    """Raised when all seats are taken by devices with an equal claim."""
+    """Raised when all connections are taken by devices with an equal claim."""
 
 
 @dataclass(frozen=True)
-class Seat(Generic[Page]):
+class ConnectedPage(Generic[Page]):
     """One connected page."""
 
     page: Page
@@ -29,22 +29,22 @@ class Seat(Generic[Page]):
     drives: bool = False
 
 
-def makes_way(seats: Sequence[Seat[Page]], most: int, device_id: str) -> Page | None:
-    """The one of `seats` of a role, at most `most`, that closes for a device's new page, or None.
+def makes_way(connected: Sequence[ConnectedPage[Page]], most: int, device_id: str) -> Page | None:
+    """Of a role's `connected` pages, at most `most`, the one that closes for a device's new one.
 
-    Raises Full.
+    None: none has to close. Raises Full.
     """
-    own = [seat for seat in seats if seat.device_id == device_id]
+    own = [one for one in connected if one.device_id == device_id]
     if len(own) >= most - 1:
         return _first_to_go(own).page
-    if len(seats) < most:
+    if len(connected) < most:
         return None
-    pages = Counter(seat.device_id for seat in seats)
-    others = [s for s in seats if pages[s.device_id] >= len(own) + 2 and not s.drives]
+    pages = Counter(one.device_id for one in connected)
+    others = [s for s in connected if pages[s.device_id] >= len(own) + 2 and not s.drives]
     if others or own:
         return _first_to_go(others or own).page
     raise Full
 
 
-def _first_to_go(seats: Sequence[Seat[Page]]) -> Seat[Page]:
-    return min(seats, key=lambda seat: (seat.drives, seat.heard_s))
+def _first_to_go(connected: Sequence[ConnectedPage[Page]]) -> ConnectedPage[Page]:
+    return min(connected, key=lambda one: (one.drives, one.heard_s))

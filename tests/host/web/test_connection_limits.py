@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from gazechair.web.places import LONGEST_NEW_S, MOST_NEW, MOST_NEW_OF_ADDRESS, Places
+from gazechair.web.connection_limits import (
+    LONGEST_NEW_S,
+    MOST_NEW,
+    MOST_NEW_OF_ADDRESS,
+    OpenConnections,
+)
 
 
 class Line:
@@ -20,12 +25,12 @@ class Line:
 class House:
     def __init__(self) -> None:
         self.now_s = 100.0
-        self.places = Places(lambda: self.now_s)
+        self.connections = OpenConnections(lambda: self.now_s)
 
     def come(self, address: str = "192.0.2.1") -> Line:
         self.now_s += 0.001
         line = Line()
-        self.places.admit(line, address)
+        self.connections.admit(line, address)
         return line
 
 
@@ -43,45 +48,45 @@ def test_of_one_address_the_longest_new_goes(house: House) -> None:
 def test_of_many_addresses_the_longest_new_goes(house: House) -> None:
     lines = [house.come(f"192.0.2.{k}") for k in range(MOST_NEW + 1)]
     assert [line.cut for line in lines] == [True] + [False] * MOST_NEW
-    assert house.places.new == MOST_NEW
+    assert house.connections.new == MOST_NEW
 
 
 def test_who_has_settled_stays_however_many_come(house: House) -> None:
     driver = house.come()
-    house.places.settle(driver, "control 3fa2b1")
+    house.connections.settle(driver, "control 3fa2b1")
     for k in range(2000):
         house.come(f"198.51.{k >> 8}.{k & 255}")
     for _ in range(100):
         house.come()
     house.now_s += 1000
-    house.places.cut_overdue()
+    house.connections.cut_overdue()
     assert not driver.cut
-    assert house.places.new == 0
+    assert house.connections.new == 0
 
 
 def test_new_for_too_long_goes(house: House) -> None:
     slow = house.come()
     house.now_s += LONGEST_NEW_S - 1
     quick = house.come()
-    house.places.cut_overdue()
+    house.connections.cut_overdue()
     assert not slow.cut
     house.now_s += 1.1
-    house.places.cut_overdue()
+    house.connections.cut_overdue()
     assert (slow.cut, quick.cut) == (True, False)
 
 
 def test_who_left_takes_no_place(house: House) -> None:
     for _ in range(500):
         line = house.come()
-        house.places.leave(line)
+        house.connections.leave(line)
         assert not line.cut
-    assert house.places.new == 0
+    assert house.connections.new == 0
 
 
 def test_a_devices_sockets_are_found(house: House) -> None:
     lines = [house.come() for _ in range(3)]
     for line, what in zip(lines, ("picture aa", "picture bb", "control aa"), strict=True):
-        house.places.settle(line, what)
-    house.places.settle(Line(), "picture aa")  # gone already
-    house.places.cut_settled("picture aa")
+        house.connections.settle(line, what)
+    house.connections.settle(Line(), "picture aa")  # gone already
+    house.connections.cut_settled("picture aa")
     assert [line.cut for line in lines] == [True, False, False]

@@ -22,10 +22,11 @@ LONGEST_NEW_S = 10.0
 
 
 @dataclass(eq=False)
-class Place:
+class OpenConnection:
     """One open connection."""
 
-    connection: Any
+    raw: Any
+    """Its network socket."""
     address: str
     since_s: float
     settled: str = ""
@@ -35,23 +36,23 @@ class Place:
     def cut(self) -> None:
         """Break the connection; the thread that serves it wakes up and ends."""
         with contextlib.suppress(OSError):
-            self.connection.shutdown(socket.SHUT_RDWR)
+            self.raw.shutdown(socket.SHUT_RDWR)
 
 
-class Places:
+class OpenConnections:
     """Thread-safe."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._lock = threading.Lock()
-        self._places: dict[Any, Place] = {}
+        self._connections: dict[Any, OpenConnection] = {}
 
-    def admit(self, connection: Any, address: str) -> list[Place]:
+    def admit(self, raw: Any, address: str) -> list[OpenConnection]:
         """Add a new connection; returns those that must close for it."""
-        place = Place(connection, address, self._clock())
+        connection = OpenConnection(raw, address, self._clock())
         with self._lock:
-            new = [p for p in self._places.values() if not p.settled and not p.evicted]
-            same = [p for p in new if p.address == address]
+            new = [one for one in self._connections.values() if not one.settled and not one.evicted]
+            same = [one for one in new if one.address == address]
             gone = []
             if len(same) >= MOST_NEW_OF_ADDRESS:
                 gone = same[:1]
@@ -60,39 +61,43 @@ class Places:
             for old in gone:
                 old.evicted = True
                 old.cut()
-            self._places[connection] = place
+            self._connections[raw] = connection
         return gone
 
-    def leave(self, connection: Any) -> None:
+    def leave(self, raw: Any) -> None:
         """The connection is closed."""
         with self._lock:
-            self._places.pop(connection, None)
+            self._connections.pop(raw, None)
 
-    def settle(self, connection: Any, what: str) -> None:
+    def settle(self, raw: Any, what: str) -> None:
         """The connection has become `what`, a paired device's socket: no deadline any more."""
         with self._lock:
-            place = self._places.get(connection)
-            if place is not None:
-                place.settled = what
+            connection = self._connections.get(raw)
+            if connection is not None:
+                connection.settled = what
 
     def cut_settled(self, what: str) -> None:
         """Break every connection that has become `what`."""
         with self._lock:
-            for place in self._places.values():
-                if place.settled == what:
-                    place.cut()
+            for connection in self._connections.values():
+                if connection.settled == what:
+                    connection.cut()
 
     def cut_overdue(self) -> None:
         """Break connections that have been new for too long. Call it often."""
         with self._lock:
             limit_s = self._clock() - LONGEST_NEW_S
-            for place in self._places.values():
-                if not place.settled and place.since_s < limit_s and not place.evicted:
-                    place.evicted = True
-                    place.cut()
+            for connection in self._connections.values():
+                if (
+                    not connection.settled
+                    and connection.since_s < limit_s
+                    and not connection.evicted
+                ):
+                    connection.evicted = True
+                    connection.cut()
 
     @property
     def new(self) -> int:
         """How many connections are new."""
         with self._lock:
-            return sum(not p.settled and not p.evicted for p in self._places.values())
+            return sum(not one.settled and not one.evicted for one in self._connections.values())
