@@ -308,7 +308,9 @@ class Arbiter:
         self, client: int, page: Client, message: Drive | UseMode, now_s: float, offered: bool
     ) -> Refusal | None:
         what = "cmd" if isinstance(message, Drive) and message.verb != codes.DRIVE else "drive"
-        if not self.tokens.fresh(message.proof, now_s):
+        proven_s, fresh = self.tokens.proven(message.proof, now_s)
+        began_s = self._press.began_s(client, message.edge, proven_s)
+        if not fresh:
             return Refusal(what, "stale_token", "the command was too long on its way")
         self._heard(client, page, now_s, message.proof)
         new = self._press.is_new(client, message.edge)
@@ -321,16 +323,13 @@ class Arbiter:
         if self._session == 0 or self._state != codes.ARMED:
             reason = "not_armed" if self._session else "not_connected"
             return self._refuse_once(what, page, message.edge, reason)
-        proven_s = self.tokens.proven_s(message.proof, now_s)
         deadline_s = proven_s + min(self.ttl_s, message.life_s)
-        if new and proven_s < self.stops.of_others_s(client):
-            alive = False  # pressed before somebody's stop, but delayed on its way
-        elif isinstance(message, UseMode):
+        alive = not new or began_s >= self.stops.of_others_s(client)
+        if alive and isinstance(message, UseMode):
             alive = self._drive_by(client, page, message, deadline_s, new, now_s)
-        elif new:
-            alive = True
+        elif alive and new:
             self._press.drive(client, message, page.role, deadline_s, self._board_edge)
-        else:
+        elif alive:
             alive = self._press.drive_on(client, message, deadline_s)
         return None if alive else self._refuse_once(what, page, message.edge, "needs_new_command")
 

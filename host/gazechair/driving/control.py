@@ -112,9 +112,9 @@ class Control:
         """The proof for the time `born_s` in a message to act()."""
         return self._arbiter.tokens.token(born_s)
 
-    def proven_s(self, proof: int) -> float | None:
-        """The time that the proof of a page's message stands for; None: too long ago."""
-        return self._arbiter.tokens.moment(proof, self._clock())
+    def proven(self, proof: int) -> tuple[float, bool]:
+        """The moment that the proof of a page's message stands for, and whether it is fresh."""
+        return self._arbiter.tokens.proven(proof, self._clock())
 
     def press_number(self) -> int:
         """The board's number for a press of the host's own."""

@@ -32,6 +32,7 @@ class Presses:
         """`last_number`: the board's numbers continue from here, 0..255; random at each start."""
         self._last_number = last_number
         self._newest: dict[int, int] = {}  # edge of each client, whether it began or not
+        self._began: dict[int, tuple[int, float]] = {}  # newest edge heard of, first proven
         self.now: Press | None = None
         """The newest, dead or alive; None: none is sent to the board."""
 
@@ -41,6 +42,14 @@ class Presses:
             return False
         self._newest[client] = edge
         return True
+
+    def began_s(self, client: int, edge: int, proven_s: float) -> float:
+        """When this press began: the earliest that its messages, too late or not, have proven."""
+        newest, began_s = self._began.get(client, (0, proven_s))
+        began_s = min(began_s, proven_s) if edge == newest else proven_s
+        if edge >= newest:
+            self._began[client] = edge, began_s
+        return began_s
 
     def begin(self, client: int, edge: int, deadline_s: float, board_number: int = 0) -> None:
         """A new press; `board_number`: the board's last accepted, perhaps from another host."""
@@ -80,6 +89,7 @@ class Presses:
         """This client has left."""
         self.release(client)
         self._newest.pop(client, None)
+        self._began.pop(client, None)
 
     def tick(self, now_s: float) -> None:
         """End an expired press."""

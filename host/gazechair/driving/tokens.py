@@ -42,6 +42,10 @@ class Tokens:
         """As proven_s; None: not fresh."""
         return self.proven_s(proof, now_s) if self.fresh(proof, now_s) else None
 
+    def proven(self, proof: int, now_s: float) -> tuple[float, bool]:
+        """The moment that `proof` stands for, and whether it is fresh."""
+        return self.proven_s(proof, now_s), self.fresh(proof, now_s)
+
     def proven_s(self, proof: int, now_s: float) -> float:
         """The moment that `proof` stands for, never later than `now_s`."""
         age_ms = max(0, self.token(now_s) - proof)

@@ -38,7 +38,7 @@ class Held:
         self._link = link
         self._clock = clock
         self._stopped_s = stopped_s
-        self._began_s = 0.0  # proven, not received: a stop may have overtaken it
+        self._began_s = 0.0  # as proven, not received: a stop may have overtaken it
         self._lock = threading.Lock()
         self._presses = Presses(0)
         self._moved = False  # by the newest press
@@ -54,10 +54,15 @@ class Held:
                 return Pressed.BEFORE
             if self._lasts():
                 return Pressed.IN_VAIN
-            self._began_s = proven_s
+            self._began_s = self._presses.began_s(client, edge, proven_s)
             self._moved = False
             self._presses.begin(client, edge, deadline_s)
             return Pressed.ANEW
+
+    def came_late(self, client: int, edge: int, proven_s: float) -> None:
+        """A message too late to count, but its press began no later."""
+        with self._lock:
+            self._presses.began_s(client, edge, proven_s)
 
     def release(self, client: int) -> None:
         """This page's button is released, or the page is gone."""

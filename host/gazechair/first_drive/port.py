@@ -72,8 +72,9 @@ class FirstDrivePort(RelayingPort):
         except BadMessage as error:
             return Refusal("step", "bad_message", str(error))
         assert isinstance(press, HoldBypass)
-        proven_s = self._control.proven_s(press.proof)
-        if proven_s is None:
+        proven_s, fresh = self._control.proven(press.proof)
+        if not fresh:
+            self._guide.held.came_late(client, press.edge, proven_s)
             return Refusal("step", "stale_token", "the held button was too long on its way")
         pressed = self._guide.held.press(client, press.edge, proven_s)
         if pressed is Pressed.IN_VAIN:

@@ -38,8 +38,8 @@ class SpotPort(RelayingPort):
         except BadMessage as error:
             return Refusal("spot", "bad_message", str(error))
         assert isinstance(fresh, Watch)
-        at_s = self._control.proven_s(fresh.proof)
-        if at_s is None:
+        at_s, in_time = self._control.proven(fresh.proof)
+        if not in_time:
             return Refusal("spot", "stale_token", "the spot was too long on its way")
         if not self._control.snapshot(client)["you"]:
             return Refusal("spot", "not_owner", "another page drives")

@@ -54,7 +54,7 @@ class AnyOrder(RuleBasedStateMachine):
         who=st.integers(0, 3),
         new=st.booleans(),
         mode=st.sampled_from([0, 1]),
-        age_ms=st.one_of(st.just(0), st.integers(0, 250)),
+        age_ms=st.one_of(st.just(0), st.integers(0, 600)),
     )
     def drives(self, who: int, new: bool, mode: int, age_ms: int = 0) -> None:
         self.edge += new
@@ -67,6 +67,11 @@ class AnyOrder(RuleBasedStateMachine):
         if press not in self.seen and max(others_s, default=0.0) > proven_s + 1e-6:
             self.dead.add(press)  # pressed before somebody's stop
         self.seen.add(press)
+        if age_ms > 250 and press not in self.dead:
+            before = self.scene.arbiter.command
+            self.scene.drive(self.edge, page, mode=mode, age_ms=age_ms)
+            assert self.scene.arbiter.command.same_as(before)
+            return
         owner = self.scene.arbiter.owner
         self.scene.drive(self.edge, page, mode=mode, age_ms=age_ms)
         may = owner == page and self.scene.state == codes.ARMED and page not in self.gone

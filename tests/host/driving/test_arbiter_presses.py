@@ -130,6 +130,40 @@ def test_a_press_made_before_somebodys_stop_never_drives(armed: Any, last: str) 
     assert armed.moving
 
 
+@pytest.mark.parametrize("stop_s", [0.1, 0.32])
+def test_so_does_one_that_began_with_a_message_too_late_and_is_still_held(
+    armed: Any, stop_s: float
+) -> None:
+    """The stop comes before that message, or between it and the next."""
+    care = armed.arbiter.connect("caretaker", armed.now_s)
+    began_s = armed.now_s
+
+    def at(moment_s: float) -> None:
+        armed.now_s = began_s + moment_s
+
+    if stop_s < 0.3:
+        at(stop_s)
+        armed.say(STOP, care)
+    at(0.3)
+    assert armed.drive(2, age_ms=300) == "stale_token"
+    if stop_s > 0.3:
+        at(stop_s)
+        armed.say(STOP, care)
+    at(0.5)
+    assert armed.drive(2, age_ms=50) == "needs_new_command"
+    assert not armed.moving
+    assert armed.drive(3, age_ms=50) is None
+
+
+def test_late_for_another_reason_it_drives_when_it_is_proven(armed: Any) -> None:
+    care = armed.arbiter.connect("caretaker", armed.now_s)
+    armed.say(STOP, care)
+    armed.now_s += 0.5
+    assert armed.drive(2, age_ms=300) == "stale_token"
+    assert armed.drive(2, age_ms=100) is None
+    assert armed.moving
+
+
 def test_the_drivers_own_stop_does_not_count_against_a_press_sent_after_it(armed: Any) -> None:
     care = armed.arbiter.connect("caretaker", armed.now_s)
     armed.say(STOP, care)
