@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import resource
 import shutil
@@ -63,6 +64,30 @@ def test_the_serial_number_in_a_devices_name_is_found_before(tmp_path: Path) -> 
     (file,) = (tmp_path / "usr/lib/udev/rules.d").iterdir()
     assert file.read_text() == rules()
     assert "60-serial.rules" < file.name < "77-mm", "udev reads its files in this order"
+
+
+def test_uncommitted_changes_are_another_version_that_debian_sorts_between(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The installer keeps the environment of a version that it has made."""
+    for name in ("AUTHOR", "COMMITTER"):
+        monkeypatch.setenv(f"GIT_{name}_NAME", "somebody")
+        monkeypatch.setenv(f"GIT_{name}_EMAIL", "somebody@localhost")
+
+    def git(*words: str) -> None:
+        subprocess.run(["git", "-C", str(tmp_path), *words], check=True, capture_output=True)
+
+    found = []
+    git("init")
+    for number in range(2):
+        git("commit", "--allow-empty", "--message", "something")
+        found.append(package.version_of(tmp_path))
+        (tmp_path / f"{number}.py").touch()
+        found.append(package.version_of(tmp_path))
+        git("add", ".")
+    for older, newer in itertools.pairwise(found):
+        words = ["dpkg", "--compare-versions", older, "lt", newer]
+        assert subprocess.run(words).returncode == 0, words
 
 
 def test_each_package_is_locked_by_the_hash_of_its_file(tmp_path: Path) -> None:

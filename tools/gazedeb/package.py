@@ -10,11 +10,14 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections import defaultdict
+from collections.abc import Mapping
 from pathlib import Path
 
 from gazechair.config import configuration
@@ -46,14 +49,23 @@ Description: drives a power wheelchair with the eyes
 
 
 def version_of(checkout: Path) -> str:
-    """A version that Debian sorts correctly: the version, number of commits, and last commit."""
-    count, commit = (
+    """A version that Debian sorts correctly: the version, number of commits, and last commit.
+
+    With changes that are not committed also the time, UTC: the installer makes an environment for
+    each version once.
+    """
+    count, commit, changed = (
         subprocess.run(
             ["git", "-C", str(checkout), *words], capture_output=True, text=True, check=True
         ).stdout.strip()
-        for words in (["rev-list", "--count", "HEAD"], ["rev-parse", "--short=12", "HEAD"])
+        for words in (
+            ["rev-list", "--count", "HEAD"],
+            ["rev-parse", "--short=12", "HEAD"],
+            ["status", "--porcelain", "--untracked-files=normal"],
+        )
     )
-    return f"{'.'.join(map(str, VERSION))}+{count}.{commit}"
+    mark = time.strftime(".%Y%m%d%H%M%S", time.gmtime()) if changed else ""
+    return f"{'.'.join(map(str, VERSION))}+{count}.{commit}{mark}"
 
 
 def build(version: str, folder: Path) -> Path:
@@ -69,7 +81,7 @@ def build(version: str, folder: Path) -> Path:
         with say("collecting wheels"):
             shutil.copytree(_wheels(), shared / "wheels")
         with say("building gazechair's own"):
-            _pip("wheel", "--no-deps", "--wheel-dir", str(shared / "wheels"), str(ROOT))
+            own_wheel(ROOT, shared / "wheels")
         (shared / "locked.txt").write_text(_hashed(shared / "wheels"))
         _lay_out(root, version)
         size_kb = sum(f.stat().st_size for f in root.rglob("*") if f.is_file()) // 1024
@@ -80,6 +92,16 @@ def build(version: str, folder: Path) -> Path:
             words = ["dpkg-deb", "--root-owner-group", "-Zgzip", "-z1", "--build", made]
             subprocess.run([*words, str(package)], check=True, capture_output=True)
     return package
+
+
+def own_wheel(checkout: Path, folder: Path) -> None:
+    """Write the wheel of `checkout` alone into `folder`. Raises NotAvailable."""
+    with tempfile.TemporaryDirectory() as made:
+        # The checkout's build/lib still has modules that were removed or renamed.
+        settings = Path(made) / "distutils.cfg"
+        settings.write_text(f"[build]\nbuild_base = {made}\n")
+        env = os.environ | {"DIST_EXTRA_CONFIG": str(settings)}
+        _pip("wheel", "--no-deps", "--wheel-dir", str(folder), str(checkout), env=env)
 
 
 def _lay_out(root: Path, version: str) -> None:
@@ -146,9 +168,10 @@ def _hashed(wheels: Path) -> str:
     return "".join(f"{one} {' '.join(files)}\n" for one, files in hashes.items())
 
 
-def _pip(*words: str) -> None:
+def _pip(*words: str, env: Mapping[str, str] | None = None) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet", *words],
+        env=env,
         capture_output=True,
         text=True,
     )
