@@ -9,6 +9,7 @@ import resource
 import shutil
 import socket
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -98,6 +99,58 @@ def test_each_package_is_locked_by_the_hash_of_its_file(tmp_path: Path) -> None:
     assert other.startswith("other==2.0 --hash=sha256:")
     assert other.count("--hash") == 2
     assert thing.startswith("some_thing==1.0 --hash=sha256:7692c3ad3540bb803c020b3aee66cd88")
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the wheels are kept."""
+    monkeypatch.setattr(package, "LOCAL", tmp_path)
+    return tmp_path / "deb"
+
+
+def fetch(words: tuple[str, ...]) -> None:
+    """As pip puts a wheel into the named folder."""
+    option = "--wheel-dir" if words[0] == "wheel" else "--dest"
+    folder = Path(words[words.index(option) + 1])
+    folder.mkdir(exist_ok=True)
+    (folder / f"{len([*folder.iterdir()])}.whl").touch()
+
+
+def test_two_builds_at_once_fetch_the_wheels_once(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[Path] = []
+    both = [threading.Thread(target=lambda: done.append(package._wheels())) for _ in range(2)]
+    calls: list[str] = []
+
+    def pip(*words: str) -> None:
+        calls.append(words[0])
+        if len(calls) == 1:
+            both[1].start()
+            time.sleep(0.2)  # for the other to meddle
+        fetch(words)
+
+    monkeypatch.setattr(package, "_pip", pip)
+    both[0].start()
+    for one in both:
+        one.join(20.0)
+    assert calls == ["wheel", *["download"] * len(package.PYTHONS)]
+    assert [len([*path.iterdir()]) for path in done] == [len(calls)] * 2
+    assert [*cache.iterdir()] == done[:1]
+
+
+def test_half_of_the_wheels_is_not_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(package, "_pip", lambda *words: fetch(words))
+    for does in ("copyfile", "rename"):
+        with monkeypatch.context() as context:
+            context.setattr(shutil if does == "copyfile" else Path, does, full)
+            with contextlib.suppress(OSError, NotAvailable):
+                package._wheels()
+        assert len([*package._wheels().iterdir()]) == 1 + len(package.PYTHONS)
+        shutil.rmtree(cache)
 
 
 class Root:

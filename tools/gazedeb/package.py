@@ -24,6 +24,7 @@ from gazechair.config import configuration
 from gazedeb.udev import rules
 from gazelink import VERSION
 from gazesetup import LOCAL, ROOT, NotAvailable, say
+from gazesetup.venv import locked
 
 PYTHONS = ("3.11", "3.12", "3.13")
 """Debian 12, Ubuntu 24.04, Debian 13."""
@@ -138,23 +139,28 @@ def _wheels() -> Path:
     """A folder with the wheels of every pinned package for every Python; fetched once."""
     key = hashlib.sha256(f"{LOCKED.read_text()}{PYTHONS}{_PLATFORMS}".encode()).hexdigest()[:16]
     kept = LOCAL / "deb" / key
-    if kept.is_dir():
-        return kept
-    shutil.rmtree(kept.parent, ignore_errors=True)
-    kept.parent.mkdir(parents=True)
-    with tempfile.TemporaryDirectory(dir=kept.parent) as fetched:
-        locked = [line for line in LOCKED.read_text().splitlines() if line]
-        source = [line for line in locked if line.partition("==")[0] in _NO_WHEEL]
-        # PEP 517: the old way needs the package `wheel`, which a virtual environment lacks.
-        _pip("wheel", "--use-pep517", "--no-deps", "--wheel-dir", fetched, *source)
-        for python in PYTHONS:
-            platforms = [word for platform in _PLATFORMS for word in ("--platform", platform)]
-            target = ["--python-version", python, *platforms, "--only-binary=:all:"]
-            wanted = [line for line in locked if line not in source]
-            _pip("download", "--no-deps", "--dest", fetched, *target, *wanted)
-        Path(fetched).chmod(0o755)
-        shutil.copytree(fetched, kept)
+    with locked(LOCAL):
+        if kept.is_dir():
+            return kept
+        shutil.rmtree(kept.parent, ignore_errors=True)
+        kept.parent.mkdir(parents=True)
+        with tempfile.TemporaryDirectory(dir=kept.parent) as made:
+            fetched = Path(made) / "wheels"
+            _fetch(fetched)
+            fetched.rename(kept)
     return kept
+
+
+def _fetch(folder: Path) -> None:
+    pinned = [line for line in LOCKED.read_text().splitlines() if line]
+    source = [line for line in pinned if line.partition("==")[0] in _NO_WHEEL]
+    # PEP 517: the old way needs the package `wheel`, which a virtual environment lacks.
+    _pip("wheel", "--use-pep517", "--no-deps", "--wheel-dir", str(folder), *source)
+    for python in PYTHONS:
+        platforms = [word for platform in _PLATFORMS for word in ("--platform", platform)]
+        target = ["--python-version", python, *platforms, "--only-binary=:all:"]
+        wanted = [line for line in pinned if line not in source]
+        _pip("download", "--no-deps", "--dest", str(folder), *target, *wanted)
 
 
 def _hashed(wheels: Path) -> str:
