@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import os
+import re
 import resource
 import shutil
 import socket
@@ -57,6 +58,16 @@ def test_udev_knows_every_device_of_the_hosts_table() -> None:
         if product is not None:
             named += f', ATTRS{{idProduct}}=="{product:04x}"'
         assert (named in told) == (role != ports.OTHER)
+
+
+def test_a_port_is_the_groups_that_the_service_and_the_advice_have() -> None:
+    """GROUP replaces Debian's: another one would make the advice useless."""
+    groups = set(re.findall('GROUP="([^"]*)"', rules()))
+    joined = re.search("for group in (.*); do", (FILES / "postinst").read_text())
+    assert joined is not None
+    assert len(groups) == 1
+    assert groups <= {*joined[1].split()}
+    assert groups <= {*ports.PERMIT.split()}
 
 
 def test_the_serial_number_in_a_devices_name_is_found_before(tmp_path: Path) -> None:
