@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
+import re
 import resource
 import shutil
 import socket
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -57,12 +60,46 @@ def test_udev_knows_every_device_of_the_hosts_table() -> None:
         assert (named in told) == (role != ports.OTHER)
 
 
+def test_a_port_is_the_groups_that_the_service_and_the_advice_have() -> None:
+    """GROUP replaces Debian's: another one would make the advice useless."""
+    groups = set(re.findall('GROUP="([^"]*)"', rules()))
+    joined = re.search("for group in (.*); do", (FILES / "postinst").read_text())
+    assert joined is not None
+    assert len(groups) == 1
+    assert groups <= {*joined[1].split()}
+    assert groups <= {*ports.PERMIT.split()}
+
+
 def test_the_serial_number_in_a_devices_name_is_found_before(tmp_path: Path) -> None:
     assert "$env{ID_SERIAL_SHORT}" in rules()
     package._lay_out(tmp_path, "1.0")
     (file,) = (tmp_path / "usr/lib/udev/rules.d").iterdir()
     assert file.read_text() == rules()
     assert "60-serial.rules" < file.name < "77-mm", "udev reads its files in this order"
+
+
+def test_uncommitted_changes_are_another_version_that_debian_sorts_between(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The installer keeps the environment of a version that it has made."""
+    for name in ("AUTHOR", "COMMITTER"):
+        monkeypatch.setenv(f"GIT_{name}_NAME", "somebody")
+        monkeypatch.setenv(f"GIT_{name}_EMAIL", "somebody@localhost")
+
+    def git(*words: str) -> None:
+        subprocess.run(["git", "-C", str(tmp_path), *words], check=True, capture_output=True)
+
+    found = []
+    git("init")
+    for number in range(2):
+        git("commit", "--allow-empty", "--message", "something")
+        found.append(package.version_of(tmp_path))
+        (tmp_path / f"{number}.py").touch()
+        found.append(package.version_of(tmp_path))
+        git("add", ".")
+    for older, newer in itertools.pairwise(found):
+        words = ["dpkg", "--compare-versions", older, "lt", newer]
+        assert subprocess.run(words).returncode == 0, words
 
 
 def test_each_package_is_locked_by_the_hash_of_its_file(tmp_path: Path) -> None:
@@ -73,6 +110,58 @@ def test_each_package_is_locked_by_the_hash_of_its_file(tmp_path: Path) -> None:
     assert other.startswith("other==2.0 --hash=sha256:")
     assert other.count("--hash") == 2
     assert thing.startswith("some_thing==1.0 --hash=sha256:7692c3ad3540bb803c020b3aee66cd88")
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the wheels are kept."""
+    monkeypatch.setattr(package, "LOCAL", tmp_path)
+    return tmp_path / "deb"
+
+
+def fetch(words: tuple[str, ...]) -> None:
+    """As pip puts a wheel into the named folder."""
+    option = "--wheel-dir" if words[0] == "wheel" else "--dest"
+    folder = Path(words[words.index(option) + 1])
+    folder.mkdir(exist_ok=True)
+    (folder / f"{len([*folder.iterdir()])}.whl").touch()
+
+
+def test_two_builds_at_once_fetch_the_wheels_once(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[Path] = []
+    both = [threading.Thread(target=lambda: done.append(package._wheels())) for _ in range(2)]
+    calls: list[str] = []
+
+    def pip(*words: str) -> None:
+        calls.append(words[0])
+        if len(calls) == 1:
+            both[1].start()
+            time.sleep(0.2)  # for the other to meddle
+        fetch(words)
+
+    monkeypatch.setattr(package, "_pip", pip)
+    both[0].start()
+    for one in both:
+        one.join(20.0)
+    assert calls == ["wheel", *["download"] * len(package.PYTHONS)]
+    assert [len([*path.iterdir()]) for path in done] == [len(calls)] * 2
+    assert [*cache.iterdir()] == done[:1]
+
+
+def test_half_of_the_wheels_is_not_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(package, "_pip", lambda *words: fetch(words))
+    for does in ("copyfile", "rename"):
+        with monkeypatch.context() as context:
+            context.setattr(shutil if does == "copyfile" else Path, does, full)
+            with contextlib.suppress(OSError, NotAvailable):
+                package._wheels()
+        assert len([*package._wheels().iterdir()]) == 1 + len(package.PYTHONS)
+        shutil.rmtree(cache)
 
 
 class Root:

@@ -113,6 +113,44 @@ def test_more_extras_that_cannot_be_had_leave_the_venv_as_it_was(
     assert (commands.made, commands.installed) == (1, ["sim"])
 
 
+@pytest.mark.parametrize("fails", [venv.NotAvailable("pip ended with 1"), KeyboardInterrupt()])
+def test_one_that_cannot_be_remade_stays_for_when_the_change_is_taken_back(
+    root: Path, commands: FakeCommands, fails: BaseException
+) -> None:
+    """Without network, another branch must not cost what works."""
+    marker = ensure(root, "sim").with_name("this one")
+    marker.touch()
+    (root / "pyproject.toml").write_text("# changed\n")
+    commands.fail = fails
+    for _ in range(2):
+        with pytest.raises(type(fails)):
+            ensure(root)
+    assert marker.exists()
+    (root / "pyproject.toml").write_text("[project]\n")
+    ensure(root, "sim")
+    assert commands.installed == ["sim"]
+
+
+def test_the_one_before_outlasts_a_set_up_that_was_killed_and_no_longer(
+    root: Path, commands: FakeCommands
+) -> None:
+    marker = ensure(root).with_name("this one")
+    marker.touch()
+    kept = root / ".local" / "venv"
+    kept.rename(kept.with_name("venv.before"))
+    (kept / "half").mkdir(parents=True)
+    commands.fail = venv.NotAvailable("pip ended with 1")
+    with pytest.raises(venv.NotAvailable):
+        ensure(root)
+    assert marker.exists()
+    assert not (kept / "half").exists()
+    (root / "pyproject.toml").write_text("# changed\n")
+    commands.fail = None
+    ensure(root)
+    assert not marker.exists()
+    assert [path.name for path in kept.parent.iterdir() if path.is_dir()] == ["venv"]
+
+
 def test_an_interrupted_installation_of_more_extras_means_remaking(
     root: Path, commands: FakeCommands
 ) -> None:

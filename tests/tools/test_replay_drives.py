@@ -12,7 +12,9 @@ from typing import Any
 import pytest
 
 from gazeboard.core import limits
+from gazechair.base.told import ToldError
 from gazechair.blackbox.reader import LogFile
+from gazechair.cli import refuse
 from gazelink import codes
 from gazelink.settings_table import TABLE
 from gazereplay import as_test, command, trace
@@ -186,7 +188,10 @@ def command_line(words: list[str]) -> int:
     parser = argparse.ArgumentParser()
     command.add(parser.add_subparsers())
     options = parser.parse_args(words)
-    return int(options.act(options))
+    try:
+        return int(options.act(options))
+    except ToldError as error:
+        return refuse(str(error))
 
 
 @pytest.mark.parametrize("drive", [tour, stick, stalls])
@@ -317,3 +322,22 @@ def test_a_log_without_a_trace_is_refused(tmp_path: Path, capsys: Any) -> None:
     assert command_line([*words, "--as-test", "drive"]) == 2
     assert "no trace" in capsys.readouterr().err
     assert command_line(["replay", str(tmp_path / "none.mcap")]) == 2
+    assert "none.mcap: No such file" in capsys.readouterr().err
+    (tmp_path / "drive.svg").unlink()
+    (tmp_path / "notes.txt").write_text("no log")
+    assert command_line(["replay", str(tmp_path / "notes.txt"), *words[2:]]) == 2
+    assert "notes.txt is no log" in capsys.readouterr().err
+    assert not (tmp_path / "drive.svg").exists()
+
+
+def test_a_view_that_cannot_be_written_is_one_line(
+    recorded: Any, capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    picture = tmp_path / "drive.svg"
+    assert command_line(["replay", str(recorded(cable)), "--view", str(picture)]) == 2
+    said = f"gazechair: {picture} can't be written: No space left on device\n"
+    assert capsys.readouterr().err == said

@@ -39,6 +39,11 @@ def test_it_is_what_runs(installed: Path) -> None:
     assert Path(said.strip()).is_relative_to(installed)
 
 
+def test_a_module_that_an_earlier_build_left_is_not_in_it(installed: Path) -> None:
+    assert (installed / "gazechair/cli.py").exists()
+    assert not (installed / "gazechair/gone.py").exists()
+
+
 def test_it_knows_its_commit(installed: Path) -> None:
     said = run(installed, "-m", "gazechair", "--version")
     assert "commit" in said

@@ -13,7 +13,7 @@ def main() -> int:
     """The exit code: 0 built, 2 cannot build."""
     try:
         print(build(version_of(ROOT), ROOT / "build"))
-    except (NotAvailable, subprocess.CalledProcessError) as error:
+    except (NotAvailable, OSError, subprocess.CalledProcessError) as error:
         print(f"tools/deb: {error}", file=sys.stderr)
         return 2
     return 0

@@ -10,17 +10,21 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections import defaultdict
+from collections.abc import Mapping
 from pathlib import Path
 
 from gazechair.config import configuration
 from gazedeb.udev import rules
 from gazelink import VERSION
 from gazesetup import LOCAL, ROOT, NotAvailable, say
+from gazesetup.venv import locked
 
 PYTHONS = ("3.11", "3.12", "3.13")
 """Debian 12, Ubuntu 24.04, Debian 13."""
@@ -46,14 +50,23 @@ Description: drives a power wheelchair with the eyes
 
 
 def version_of(checkout: Path) -> str:
-    """A version that Debian sorts correctly: the version, number of commits, and last commit."""
-    count, commit = (
+    """A version that Debian sorts correctly: the version, number of commits, and last commit.
+
+    With changes that are not committed also the time, UTC: the installer makes an environment for
+    each version once.
+    """
+    count, commit, changed = (
         subprocess.run(
             ["git", "-C", str(checkout), *words], capture_output=True, text=True, check=True
         ).stdout.strip()
-        for words in (["rev-list", "--count", "HEAD"], ["rev-parse", "--short=12", "HEAD"])
+        for words in (
+            ["rev-list", "--count", "HEAD"],
+            ["rev-parse", "--short=12", "HEAD"],
+            ["status", "--porcelain", "--untracked-files=normal"],
+        )
     )
-    return f"{'.'.join(map(str, VERSION))}+{count}.{commit}"
+    mark = time.strftime(".%Y%m%d%H%M%S", time.gmtime()) if changed else ""
+    return f"{'.'.join(map(str, VERSION))}+{count}.{commit}{mark}"
 
 
 def build(version: str, folder: Path) -> Path:
@@ -69,7 +82,7 @@ def build(version: str, folder: Path) -> Path:
         with say("collecting wheels"):
             shutil.copytree(_wheels(), shared / "wheels")
         with say("building gazechair's own"):
-            _pip("wheel", "--no-deps", "--wheel-dir", str(shared / "wheels"), str(ROOT))
+            own_wheel(ROOT, shared / "wheels")
         (shared / "locked.txt").write_text(_hashed(shared / "wheels"))
         _lay_out(root, version)
         size_kb = sum(f.stat().st_size for f in root.rglob("*") if f.is_file()) // 1024
@@ -80,6 +93,16 @@ def build(version: str, folder: Path) -> Path:
             words = ["dpkg-deb", "--root-owner-group", "-Zgzip", "-z1", "--build", made]
             subprocess.run([*words, str(package)], check=True, capture_output=True)
     return package
+
+
+def own_wheel(checkout: Path, folder: Path) -> None:
+    """Write the wheel of `checkout` alone into `folder`. Raises NotAvailable."""
+    with tempfile.TemporaryDirectory() as made:
+        # The checkout's build/lib still has modules that were removed or renamed.
+        settings = Path(made) / "distutils.cfg"
+        settings.write_text(f"[build]\nbuild_base = {made}\n")
+        env = os.environ | {"DIST_EXTRA_CONFIG": str(settings)}
+        _pip("wheel", "--no-deps", "--wheel-dir", str(folder), str(checkout), env=env)
 
 
 def _lay_out(root: Path, version: str) -> None:
@@ -116,23 +139,28 @@ def _wheels() -> Path:
     """A folder with the wheels of every pinned package for every Python; fetched once."""
     key = hashlib.sha256(f"{LOCKED.read_text()}{PYTHONS}{_PLATFORMS}".encode()).hexdigest()[:16]
     kept = LOCAL / "deb" / key
-    if kept.is_dir():
-        return kept
-    shutil.rmtree(kept.parent, ignore_errors=True)
-    kept.parent.mkdir(parents=True)
-    with tempfile.TemporaryDirectory(dir=kept.parent) as fetched:
-        locked = [line for line in LOCKED.read_text().splitlines() if line]
-        source = [line for line in locked if line.partition("==")[0] in _NO_WHEEL]
-        # PEP 517: the old way needs the package `wheel`, which a virtual environment lacks.
-        _pip("wheel", "--use-pep517", "--no-deps", "--wheel-dir", fetched, *source)
-        for python in PYTHONS:
-            platforms = [word for platform in _PLATFORMS for word in ("--platform", platform)]
-            target = ["--python-version", python, *platforms, "--only-binary=:all:"]
-            wanted = [line for line in locked if line not in source]
-            _pip("download", "--no-deps", "--dest", fetched, *target, *wanted)
-        Path(fetched).chmod(0o755)
-        shutil.copytree(fetched, kept)
+    with locked(LOCAL):
+        if kept.is_dir():
+            return kept
+        shutil.rmtree(kept.parent, ignore_errors=True)
+        kept.parent.mkdir(parents=True)
+        with tempfile.TemporaryDirectory(dir=kept.parent) as made:
+            fetched = Path(made) / "wheels"
+            _fetch(fetched)
+            fetched.rename(kept)
     return kept
+
+
+def _fetch(folder: Path) -> None:
+    pinned = [line for line in LOCKED.read_text().splitlines() if line]
+    source = [line for line in pinned if line.partition("==")[0] in _NO_WHEEL]
+    # PEP 517: the old way needs the package `wheel`, which a virtual environment lacks.
+    _pip("wheel", "--use-pep517", "--no-deps", "--wheel-dir", str(folder), *source)
+    for python in PYTHONS:
+        platforms = [word for platform in _PLATFORMS for word in ("--platform", platform)]
+        target = ["--python-version", python, *platforms, "--only-binary=:all:"]
+        wanted = [line for line in pinned if line not in source]
+        _pip("download", "--no-deps", "--dest", str(folder), *target, *wanted)
 
 
 def _hashed(wheels: Path) -> str:
@@ -146,9 +174,10 @@ def _hashed(wheels: Path) -> str:
     return "".join(f"{one} {' '.join(files)}\n" for one, files in hashes.items())
 
 
-def _pip(*words: str) -> None:
+def _pip(*words: str, env: Mapping[str, str] | None = None) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet", *words],
+        env=env,
         capture_output=True,
         text=True,
     )

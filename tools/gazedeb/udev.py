@@ -19,7 +19,7 @@ def rules() -> str:
         if product is not None:
             match.append(f'ATTRS{{idProduct}}=="{product:04x}"')
         does = [
-            'GROUP="gazechair"',
+            'GROUP="dialout"',  # as the advice in ports.PERMIT; the service's user is in it
             'MODE="0660"',
             'ENV{ID_MM_DEVICE_IGNORE}="1"',
             f'SYMLINK+="gazechair/{role}-$env{{ID_SERIAL_SHORT}}"',

@@ -16,6 +16,7 @@ import webbrowser
 from typing import Any
 
 import gazesetup
+from gazechair.people.pairing.local import NotRunning
 from gazedemo import ending, home, pairing
 from gazedemo.stack import Stack, StackError
 
@@ -29,7 +30,7 @@ def demo(arguments: argparse.Namespace) -> int:
         if arguments.check:
             return _check(arguments)
         return _show(arguments)
-    except (gazesetup.NotAvailable, StackError, OSError) as error:
+    except (gazesetup.NotAvailable, StackError, NotRunning, OSError) as error:
         print(f"tools/demo: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -52,7 +53,10 @@ def _interpreter() -> str:
 
 
 def _show(arguments: argparse.Namespace) -> int:
-    more = arguments.config.read_text("utf-8") if arguments.config else ""
+    try:
+        more = arguments.config.read_text("utf-8") if arguments.config else ""
+    except UnicodeDecodeError:
+        raise StackError(f"{arguments.config} is not text in UTF-8") from None
     with _stack(arguments, port=arguments.port, more_config=more) as stack:
         if arguments.home:
             home.allow(stack)
@@ -69,9 +73,10 @@ def _show(arguments: argparse.Namespace) -> int:
             webbrowser.open(address)
         while True:
             stack.check_alive()
-            if not pairing.is_open(stack.state_folder, address):
-                address = stack.invitation()
-                print(f"For one more browser: {address}", flush=True)
+            with contextlib.suppress(NotRunning):  # slow to answer, or about to end
+                if not pairing.is_open(stack.state_folder, address):
+                    address = stack.invitation()
+                    print(f"For one more browser: {address}", flush=True)
             time.sleep(0.5)
 
 

@@ -35,11 +35,13 @@ def _replay(options: argparse.Namespace) -> int:
         return refuse(f"replay needs an extra: pip install 'gazechair[log]' ({error})")
     try:
         if options.view:
-            view.draw(view.follow(LogFile(options.file).lines()), options.view)
+            file = LogFile(options.file)
+            file.check()
+            view.draw(view.follow(file.lines()), options.view)
             print(f"drawn in {options.view}")
         result = replay(options.file)
     except OSError as error:
-        return refuse(f"{error.filename}: {error.strerror}")
+        return refuse(f"{error.filename or options.file}: {error.strerror}")
     except NoTrace as error:
         if options.view and not options.as_test:
             print(f"decisions are not checked: {error}")

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.base.footprint import DEFAULT_CORNERS
+from gazechair.base.output_file import write_output
 from gazechair.blackbox.reader import Line
 from gazelink import codes
 from gazelink.settings_table import PROFILES
@@ -124,7 +125,7 @@ def follow(lines: Iterable[Line]) -> Drive:
 
 
 def draw(drive: Drive, target: Path) -> None:
-    """Write it as SVG; up is the chair's heading at the start."""
+    """Write it as SVG; up is the chair's heading at the start. Raises ToldError."""
     outlines = [
         [_moved(corner, event.pose) for corner in DEFAULT_CORNERS] for event in drive.events
     ]
@@ -157,7 +158,7 @@ def draw(drive: Drive, target: Path) -> None:
     note = "path estimated by the simulator's chair; heading as measured"
     corner = f'x="{_n(box[0] + size)}" y="{_n(box[1] + 2 * size)}"'
     parts.append(f'<text {corner} fill="#555">{note}</text></svg>')
-    target.write_text("\n".join(parts) + "\n")
+    write_output(target, ("\n".join(parts) + "\n").encode())
 
 
 def _points(scan: Any, place: Any) -> list[Point]:

@@ -25,7 +25,8 @@ def ensure_venv(extras: Iterable[str] = (), *, root: Path = ROOT, local: Path = 
     """Path of the venv's Python, with gazechair installed editable and at least these `extras`.
 
     It is rebuilt when its Python, the checkout's path, pyproject.toml or setup.py changed,
-    or when a previous attempt was interrupted. Raises NotAvailable with the reason.
+    or when a previous attempt was interrupted. Raises NotAvailable with the reason; a venv that
+    could not be rebuilt stays, for when the change is taken back.
     """
     venv = local / "venv"
     python = venv / "bin" / "python"
@@ -37,21 +38,22 @@ def ensure_venv(extras: Iterable[str] = (), *, root: Path = ROOT, local: Path = 
         installed = _installed(stamp, basis) if python.exists() else None
         if installed is not None and wanted <= installed:
             return python
-        had = None
         if installed is None:
-            _make(venv, python, base)
-        else:
-            had = stamp.read_text()
-            stamp.unlink()
-            wanted |= installed
+            with _replacing(venv, stamp):
+                _make(venv, python, base)
+                _install(python, root, sorted(wanted))
+                _mark(stamp, basis, wanted)
+            return python
+        had = stamp.read_text()
+        stamp.unlink()
+        wanted |= installed
         try:
             _install(python, root, sorted(wanted))
         except NotAvailable:
             # pip downloads everything before it changes anything: the venv is as it was.
-            if had is not None:
-                stamp.write_text(had)
+            stamp.write_text(had)
             raise
-        stamp.write_text(json.dumps({"basis": basis, "extras": sorted(wanted)}))
+        _mark(stamp, basis, wanted)
         return python
 
 
@@ -120,13 +122,34 @@ def _installed(stamp: Path, basis: str) -> set[str] | None:
         return None
 
 
+def _mark(stamp: Path, basis: str, extras: set[str]) -> None:
+    stamp.write_text(json.dumps({"basis": basis, "extras": sorted(extras)}))
+
+
+@contextmanager
+def _replacing(venv: Path, stamp: Path) -> Iterator[None]:
+    """A free place for a new venv; when that fails, the last complete one comes back."""
+    before = venv.with_name(f"{venv.name}.before")
+    if stamp.exists():  # else what an interrupted set-up left, perhaps beside a complete one
+        shutil.rmtree(before, ignore_errors=True)
+        venv.rename(before)
+    shutil.rmtree(venv, ignore_errors=True)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(venv, ignore_errors=True)
+        if before.exists():
+            before.rename(venv)
+        raise
+    shutil.rmtree(before, ignore_errors=True)
+
+
 def _make(venv: Path, python: Path, base: interpreter.Interpreter) -> None:
     version = base.version.split()[0]
     if importlib.util.find_spec("ensurepip") is None:
         short = ".".join(version.split(".")[:2])
         apt.install(f"python{short}-venv", what="Python's venv module")
     with say(f"making a virtual environment of {base.path}, Python {version}"):
-        shutil.rmtree(venv, ignore_errors=True)
         run_quietly([base.path, "-m", "venv", venv])
         if not python.exists():
             raise NotAvailable(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -93,20 +94,33 @@ def _show(options: argparse.Namespace) -> None:
     from gazechair.blackbox.export import story
     from gazechair.blackbox.reader import LogFile
 
-    for line in story(LogFile(chosen(folder_of(options), options.file)).lines()):
+    file = LogFile(chosen(folder_of(options), options.file))
+    file.check()
+    for line in story(file.lines()):
         print(line)
 
 
 def _export(options: argparse.Namespace) -> None:
     from gazechair.blackbox.export import as_csv, as_json_lines
-    from gazechair.blackbox.reader import LogFile
+    from gazechair.blackbox.reader import Line, LogFile
 
     file = LogFile(chosen(folder_of(options), options.file))
     wanted = options.topic
     if options.format == "csv" and wanted is None:
         raise ToldError("a table is of one topic: --topic /board/state")
-    lines = (line for line in file.lines() if wanted in (None, line.topic))
+    file.check()
+    topics: set[str] = set()
+
+    def lines() -> Iterator[Line]:
+        for line in file.lines():
+            topics.add(line.topic)
+            if wanted in (None, line.topic):
+                yield line
+
     if options.format == "csv":
-        as_csv(lines, sys.stdout)
+        as_csv(lines(), sys.stdout)
     else:
-        as_json_lines(lines, sys.stdout)
+        as_json_lines(lines(), sys.stdout)
+    if wanted is not None and wanted not in topics:
+        there = ", ".join(sorted(topics)) or "no messages at all"
+        raise ToldError(f"{file.path} has no message of {wanted}; there are {there}")

@@ -12,8 +12,11 @@ from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import MCAP0_MAGIC
 from mcap_ros2.decoder import DecoderFactory
 from zstandard import ZstdError
+
+from gazechair.base.told import ToldError
 
 _LONGEST = 64 << 20  # bytes of a record; a larger length is damaged
 _DAMAGED = (McapError, ZstdError, struct.error, ValueError, KeyError, MemoryError)
@@ -80,6 +83,12 @@ class LogFile:
                 return float(found.message_end_time - found.message_start_time) / 1e9
         times_ns = [line.at_ns for line in self.lines()]
         return (max(times_ns) - min(times_ns)) / 1e9 if times_ns else 0.0
+
+    def check(self) -> None:
+        """Raise ToldError when it does not begin as a log does; OSError."""
+        with self.path.open("rb") as file:
+            if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                raise ToldError(f"{self.path} is no log, or nothing has been written to it yet")
 
     def _records(self) -> Iterator[McapRecord]:
         self.whole = False

@@ -10,12 +10,12 @@ import argparse
 import configparser
 import contextlib
 import io
-import os
 import secrets
 import shutil
 import subprocess
 from pathlib import Path
 
+from gazechair.base.state_folder import replace_file
 from gazechair.base.told import ToldError
 from gazechair.people.pairing.show import qr_text
 
@@ -48,27 +48,43 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
 
 
 def on(ssid: str = NAME, interface: str = "", folder: Path = FOLDER) -> str:
-    """Create and start it; keeps an existing password. Returns how to join. HotspotError."""
+    """Create and start it; keeps an existing password. Returns how to join.
+
+    HotspotError: it is as it was before, started again if there was one.
+    """
     if not 1 <= len(ssid.encode()) <= 32:
         raise HotspotError("a network's name has 1 to 32 bytes")
+    if not folder.is_dir():
+        raise HotspotError(f"there is no {folder}: apt install network-manager")
     password = _read(folder).get("wifi-security", "psk", fallback="") or _made()
-    text = keyfile(ssid, password, interface)
+    file = _file(folder)
     try:
-        handle = os.open(_file(folder), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-        with open(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-    except FileNotFoundError:
-        raise HotspotError(f"there is no {folder}: apt install network-manager") from None
+        before = file.read_bytes() if file.exists() else None
+        replace_file(file, keyfile(ssid, password, interface).encode())
     except OSError as error:
-        raise HotspotError(f"{_file(folder)}: {error.strerror}; run it with sudo") from None
-    _nmcli("connection", "load", str(_file(folder)))
+        raise HotspotError(f"{file}: {error.strerror}; run it with sudo") from None
     try:
-        _nmcli("--wait", str(int(_LIMIT_S) - 5), "connection", "up", "id", NAME)
+        _start(file)
     except HotspotError:
-        with contextlib.suppress(HotspotError):
-            off(folder)
+        with contextlib.suppress(HotspotError, OSError):
+            _put_back(file, before)
         raise
     return join(folder)
+
+
+def _start(file: Path) -> None:
+    _nmcli("connection", "load", str(file))
+    _nmcli("--wait", str(int(_LIMIT_S) - 5), "connection", "up", "id", NAME)
+
+
+def _put_back(file: Path, before: bytes | None) -> None:
+    if before is not None:
+        replace_file(file, before)
+        _start(file)
+        return
+    with contextlib.suppress(HotspotError):
+        _nmcli("connection", "delete", "id", NAME)
+    file.unlink(missing_ok=True)  # one that was never loaded
 
 
 def off(folder: Path = FOLDER) -> str:

@@ -112,15 +112,21 @@ def test_messages_of_other_programs_are_left_out(
         (["show", "9"], "has no file 9"),
         (["export", "no.mcap"], "has no file no.mcap"),
         (["export", "--format", "csv"], "--topic /board/state"),
+        (["show", "{folder}/chair.toml"], "/chair.toml is no log"),
+        (["export", "{folder}/chair.toml"], "/chair.toml is no log"),
+        (["export", "--topic", "/bord/state"], "no message of /bord/state; there are /board/"),
+        (["export", "--format", "csv", "--topic", "/x"], "no message of /x; there are /board/"),
     ],
 )
 def test_refusals_are_one_line(
     config: list[str], capsys: pytest.CaptureFixture[str], words: list[str], says: str
 ) -> None:
+    words = [word.format(folder=Path(config[1]).parent) for word in words]
     assert cli.main(["log", *words, *config]) == 2
-    said = capsys.readouterr().err
-    assert says in said
-    assert said.count("\n") == 1
+    said = capsys.readouterr()
+    assert says in said.err
+    assert said.err.count("\n") == 1
+    assert said.out == ""
 
 
 def test_nothing_was_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -188,6 +188,28 @@ def test_the_commands(home: HomeMap, tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "can't be read" in capsys.readouterr().err
 
 
+def test_what_a_command_draws_replaces_no_folder_and_can_be_read_by_others(
+    home: HomeMap,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    home.save(Path("home.gazemap"))
+    Path("pictures").mkdir()
+    Path("pictures/mine.jpg").touch()
+    for folder in ("pictures", ".", "/"):
+        assert main(["map", "show", "home.gazemap", "--output", folder]) == 2
+        assert f"{folder} can't be written: Is a directory" in capsys.readouterr().err
+    assert Path("pictures/mine.jpg").exists()
+    assert main(["map", "show", "home.gazemap"]) == 0
+    assert main(["map", "export", "home.gazemap", "ros"]) == 0
+    for made in (Path("home.svg"), Path("ros"), *Path("ros").iterdir()):
+        assert made.stat().st_mode & 0o044 == 0o044, made
+    assert main(["map", "export", "home.gazemap", "home.svg"]) == 2
+    assert "can't be written" in capsys.readouterr().err
+
+
 def test_a_map_imported_among_the_stored_ones_is_one_of_them(
     home: HomeMap, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import configparser
+import os
 import stat
 from pathlib import Path
 
@@ -65,13 +66,43 @@ def test_repeated_it_keeps_its_password_and_off_forgets_it(connections: Path) ->
     assert hotspot.on(folder=connections) != first
 
 
+@pytest.mark.parametrize("failing", ["up id", "connection"])  # the latter: it is not loaded either
 def test_one_that_does_not_start_is_taken_back_with_the_reason(
-    connections: Path, monkeypatch: pytest.MonkeyPatch
+    connections: Path, monkeypatch: pytest.MonkeyPatch, failing: str
 ) -> None:
-    stand_in(connections.parent, monkeypatch, "up id")
+    stand_in(connections.parent, monkeypatch, failing)
     with pytest.raises(HotspotError, match="Connection activation failed"):
         hotspot.on(folder=connections)
     assert list(connections.iterdir()) == []
+
+
+@pytest.mark.parametrize("failing", ["up id", "connection"])
+def test_repeated_with_another_name_that_fails_it_stays_the_one_that_worked(
+    connections: Path, monkeypatch: pytest.MonkeyPatch, failing: str
+) -> None:
+    before = hotspot.on(folder=connections)
+    stand_in(connections.parent, monkeypatch, failing)
+    with pytest.raises(HotspotError, match="Connection activation failed"):
+        hotspot.on("another", "wlan9", connections)
+    assert hotspot.join(connections) == before
+    assert not any("delete" in line for line in said(connections))
+    if failing == "up id":
+        load, up = said(connections)[:2]
+        assert said(connections) == [load, up] * 3  # the first, the one that failed, the first
+
+
+def test_on_a_full_disk_the_one_before_keeps_its_password(
+    connections: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = hotspot.on(folder=connections)
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(HotspotError, match="No space left"):
+        hotspot.on("another", folder=connections)
+    assert hotspot.join(connections) == before
 
 
 def test_without_networkmanager_it_says_what_to_install(
@@ -82,6 +113,7 @@ def test_without_networkmanager_it_says_what_to_install(
     monkeypatch.setenv("PATH", str(tmp_path / "empty"))
     with pytest.raises(HotspotError, match="apt install network-manager"):
         hotspot.on(folder=connections)
+    assert list(connections.iterdir()) == []
 
 
 @pytest.mark.parametrize("ssid", ["", "x" * 33, "\u00e9" * 17])

@@ -38,16 +38,13 @@ def _act(act: Any, options: argparse.Namespace) -> int:
 
 
 def _show(options: argparse.Namespace) -> str:
-    from gazechair.base.state_folder import replace_file
+    from gazechair.base.output_file import write_output
     from gazechair.sensing.mapping.stored.home_map import load
     from gazechair.sensing.mapping.stored.picture import svg
 
     home = load(options.file)
     output: Path = options.output or options.file.with_suffix(".svg")
-    try:
-        replace_file(output, svg(home).encode())
-    except OSError as error:
-        raise ToldError(f"{output} can't be written: {error.strerror}") from None
+    write_output(output, svg(home).encode())
     grid = home.grid
     floor_m2 = float(grid.free.sum()) * grid.cell_m**2
     return (

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from gazechair.base.health import Health
+from gazechair.base.output_file import write_output
 from gazechair.base.state_folder import state_folder
 from gazechair.config.configuration import Config
 from gazechair.picture.camera import CameraService
@@ -32,7 +33,7 @@ def show(config: Config, say: Say) -> None:
 
 
 def take_picture(config: Config, path: Path, say: Say) -> None:
-    """Save the camera's picture. Raises CalibrateError."""
+    """Save the camera's picture. Raises ToldError."""
     if config.camera.kind == "off":
         raise CalibrateError("no camera is configured: set [camera] kind")
     if path.exists():
@@ -45,10 +46,7 @@ def take_picture(config: Config, path: Path, say: Say) -> None:
         service.stop()
     if entry is None:
         raise CalibrateError("no picture came; does `gazechair run` use the camera? stop it first")
-    try:
-        path.write_bytes(entry.value.jpeg)
-    except OSError as error:
-        raise CalibrateError(f"{path} cannot be written: {error}") from None
+    write_output(path, entry.value.jpeg)
     say(f"saved {path}; find the marks in it, write a file with a line for each:")
     say("pixels from the left, pixels from the top, metres forward, metres to the left")
     say(f"then: gazechair calibrate camera --picture {path} --marks FILE")

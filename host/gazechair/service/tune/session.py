@@ -58,7 +58,7 @@ def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]
                 return ForwardRunner(hands, odometry.latest.entry).run()
 
             keep = ForwardStore(state_folder(config.web.state_folder)).keep
-            tuning = Tuning(BoardSettings(link), record, say, _confirmed, straight, keep)
+            tuning = Tuning(BoardSettings(link), record, say, confirmed, straight, keep)
             tuning.run(profile, dry_run)
 
 
@@ -122,19 +122,22 @@ def _ready(link: BoardLink) -> None:
         time.sleep(_POLL_S)
 
 
-def _confirmed() -> bool:
+def confirmed() -> bool:
+    """Ask at the terminal: True for an Enter after the question. TuneError without a terminal."""
     if not sys.stdin.isatty():
         raise TuneError("nobody at the keyboard, who could stop it; run it in a terminal")
+    termios.tcflush(sys.stdin, termios.TCIFLUSH)  # what was typed before is no answer
     sys.stdout.write(_GO)
     sys.stdout.flush()
-    return sys.stdin.readline().strip() == ""
+    line = sys.stdin.readline()
+    return line.endswith("\n") and not line.strip()  # Ctrl-D ends a line without one
 
 
 @contextlib.contextmanager
 def _keyboard() -> Iterator[Callable[[], bool]]:
     """A function to poll: has any key been pressed since the last call?"""
     if not sys.stdin.isatty():
-        yield lambda: False  # _confirmed() refuses before anything moves
+        yield lambda: False  # confirmed() refuses before anything moves
         return
     before = termios.tcgetattr(sys.stdin)
     raw = False

@@ -1,9 +1,17 @@
-"""The operator checks the area that no lidar of the chair sees."""
+"""The operator says go, and checks the area that no lidar of the chair sees."""
 
 from __future__ import annotations
 
+import io
+import os
+import pty
+import sys
+from collections.abc import Iterator
+
+import pytest
+
 from gazechair.board.board_commands import Clearance
-from gazechair.service.tune.session import with_eyes
+from gazechair.service.tune.session import confirmed, with_eyes
 from gazelink import codes
 
 
@@ -14,3 +22,38 @@ def test_a_person_sees_for_turns_alone_what_no_lidar_does_and_never_over_what_on
         with_person = with_eyes(seen)
         assert with_person.unseen == bits & ~turns
         assert with_person == Clearance(bits, codes.REAL, 1.0, bits & ~turns, 100, 200, 30, 40)
+
+
+@pytest.fixture
+def keys(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """The keyboard of a terminal that is this process's standard input."""
+    keyboard, terminal = pty.openpty()
+    with open(terminal) as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        yield keyboard
+    os.close(keyboard)
+
+
+@pytest.mark.parametrize(
+    ("before", "answer", "go"),
+    [
+        (b"", b"\n", True),
+        (b"", b" \n", True),
+        (b"", b"no\n", False),
+        (b"\n", b"no\n", False),  # typed while the board and the lidars were awaited
+        (b"no\n", b"\n", True),
+        (b"", b"\x04", False),  # Ctrl-D
+        (b"", b" \x04\x04", False),
+    ],
+)
+def test_only_an_enter_after_the_question_is_a_go(
+    keys: int, monkeypatch: pytest.MonkeyPatch, before: bytes, answer: bytes, go: bool
+) -> None:
+    class Screen(io.StringIO):
+        def flush(self) -> None:
+            assert "Enter: go" in self.getvalue()
+            os.write(keys, answer)
+
+    os.write(keys, before)
+    monkeypatch.setattr(sys, "stdout", Screen())
+    assert confirmed() == go

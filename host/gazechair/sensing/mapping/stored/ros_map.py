@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.state_folder import replace_file
+from gazechair.base.output_file import write_output
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.stored.home_map import DAMAGE, MOST_CELLS, HomeMap, MapError
 from gazechair.sensing.mapping.stored.places import FARTHEST_M, Drawn, drawn_of
@@ -44,13 +44,10 @@ class RosMapError(MapError):
 def write(home: HomeMap, folder: Path) -> Path:
     """Write `map.pgm`, `map.yaml` and `places.json` into the folder; the path of `map.yaml`.
 
-    Raises MapError.
+    Raises ToldError.
     """
-    try:
-        for name, content in files_of(home).items():
-            replace_file(folder / name, content)
-    except OSError as error:
-        raise MapError(f"{folder} can't be written: {error.strerror}") from None
+    for name, content in files_of(home).items():
+        write_output(folder / name, content)
     return folder / "map.yaml"
 
 

@@ -1,0 +1,35 @@
+"""Files that a command writes for a person. Those of the daemon: state_folder.py."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+
+from gazechair.base.told import ToldError
+
+
+def write_output(path: Path, content: bytes) -> None:
+    """Replace the file as a whole; who may read it, and the folders made for it, is for the umask.
+
+    ToldError, with everything as it was, for a folder in its place and where nothing can be
+    written.
+    """
+    try:
+        if path.exists() and not path.is_file():  # a pipe, as /dev/stdout; a folder is refused
+            path.write_bytes(content)
+            return
+        real = Path(os.path.realpath(path))
+        real.parent.mkdir(parents=True, exist_ok=True)
+        fresh = real.with_name(f".{real.name}.new")
+        fresh.unlink(missing_ok=True)
+        try:
+            with fresh.open("xb") as file:  # never through a link that somebody laid there
+                file.write(content)
+            os.replace(fresh, real)
+        except OSError:
+            with contextlib.suppress(OSError):
+                fresh.unlink()  # a partial file would take space on a full disk
+            raise
+    except OSError as error:
+        raise ToldError(f"{path} can't be written: {error.strerror}") from None
