@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from gazemeasure.shaper import Shaper
+from gazemeasure.page.shaper import Shaper
 
 PATIENCE_S = 30
 

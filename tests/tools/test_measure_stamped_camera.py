@@ -13,7 +13,7 @@ from playwright.sync_api import Browser
 
 from gazechair.picture import Reducer
 from gazechair.picture.camera import Frame
-from gazemeasure.stamped_camera import READ, StampedCamera
+from gazemeasure.page.stamped_camera import READ, StampedCamera
 
 _DECODE = """async ([read, jpeg]) => {
   const bytes = Uint8Array.from(atob(jpeg), (c) => c.charCodeAt(0));

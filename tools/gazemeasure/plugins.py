@@ -26,9 +26,9 @@ from gazedemo.check import NEUTRAL
 from gazedemo.packages import package
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
-from gazemeasure import floods
+from gazemeasure.page import floods
+from gazemeasure.page.raw_page import RawDriver, frame, upgrade
 from gazemeasure.plugins_samples import FLIP
-from gazemeasure.raw_page import RawDriver, frame, upgrade
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import STALL_S, StallProbe
 

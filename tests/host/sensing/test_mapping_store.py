@@ -11,29 +11,17 @@ import threading
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from gazechair.cli import main
-from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.stored import home_map
-from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.places import EditRefused, name_of
 from gazechair.sensing.mapping.stored.store import MapStore
 from patience import wait_until
+from storedmaps import BED, home, refused
 
-BED = {"name": "Bed", "icon": "bed", "x": 1.0, "y": 0.5, "heading": -90.0}
-WHEN = "2026-11-23T10:00:00Z"
 SQUARE = [[0.1, 0.1], [1.0, 0.1], [1.0, 1.0]]
-
-
-def home(name: str = "home") -> HomeMap:
-    """2 m by 2 m, with a wall along one side."""
-    hits = np.zeros((40, 40), dtype=np.uint16)
-    hits[0] = 5
-    passes = np.where(hits, 0, 5).astype(np.uint16)
-    return HomeMap(name, OccupancyGrid(0.05, np.zeros(2), hits, passes), "2026-11-22T20:00:00Z")
 
 
 @pytest.fixture
@@ -41,13 +29,6 @@ def store(tmp_path: Path) -> MapStore:
     home().save(tmp_path / "a.map")
     home("other").save(tmp_path / "b.map")
     return MapStore(tmp_path)
-
-
-def refused(act: Any, *values: Any) -> str:
-    with pytest.raises(EditRefused) as caught:
-        act(*values)
-    assert str(caught.value)
-    return caught.value.reason
 
 
 def test_what_is_drawn_is_stored_and_read_back(store: MapStore, tmp_path: Path) -> None:
@@ -276,79 +257,6 @@ def test_without_a_lidar_maps_are_kept_and_none_is_made(store: MapStore) -> None
     details = desk.details("a")
     assert details["picture"] == {"cell_m": 0.05, "x": 0.0, "y": 0.0, "width": 40, "height": 40}
     assert desk.picture("a").startswith(b"\x89PNG")
-
-
-def moved(store: MapStore) -> OccupancyGrid:
-    """The grid of map a, with something new in it."""
-    grid = store.get("a").map.grid  # type: ignore[union-attr]
-    hits = grid.hits.copy()
-    hits[20, int(hits[20].argmin())] = 9
-    return OccupancyGrid(grid.cell_m, grid.low_m, hits, grid.passes)
-
-
-def grid_of(store: MapStore) -> OccupancyGrid:
-    return store.get("a").map.grid  # type: ignore[union-attr]
-
-
-def test_an_update_keeps_what_is_drawn_and_can_be_taken_back(store: MapStore) -> None:
-    store.draw("a", "place", BED)
-    first, second = grid_of(store), moved(store)
-    versions = [store.version("a"), store.version("a")]
-    assert versions[0] == versions[1]
-    assert store.update("a", first, second, WHEN)
-    versions[0] = store.version("a")
-    assert grid_of(store).same_as(second)
-    store.rename("a", "later")
-    assert store.take_back("a")
-    assert len({*versions, store.version("a"), store.version("gone")}) == 4
-    found = store.get("a")
-    assert found is not None
-    assert found.map is not None
-    assert found.map.grid.same_as(first)
-    assert found.map.name == "later"
-    assert [one.name for one in found.map.drawn.places] == ["Bed"]
-    assert not store.take_back("a")
-    assert refused(store.update, "gone", first, second, WHEN) == "map_gone"
-
-
-def test_an_update_of_a_map_that_has_changed_meanwhile_is_none(store: MapStore) -> None:
-    first, second = grid_of(store), moved(store)
-    assert store.update("a", first, second, WHEN)
-    assert not store.update("a", first, first, WHEN)
-    assert grid_of(store).same_as(second)
-
-
-def test_the_newest_five_updates_can_be_taken_back_and_go_with_the_map(
-    store: MapStore, tmp_path: Path
-) -> None:
-    grids = [grid_of(store)]
-    for _ in range(7):
-        grids.append(moved(store))
-        assert store.update("a", grids[-2], grids[-1], WHEN)
-    for grid in grids[-2:-5:-1]:
-        assert store.take_back("a")
-        assert grid_of(store).same_as(grid)
-    assert len(list((tmp_path / "older").iterdir())) == 2
-    assert store.update("a", grid_of(store), grids[0], WHEN)
-    store.ledger_path("a").parent.mkdir()
-    store.ledger_path("a").write_bytes(b"x")
-    store.delete("a")
-    left = [one.name for one in tmp_path.rglob("*") if one.is_file()]
-    assert left == ["b.map"]
-
-
-def test_a_disk_that_is_full_leaves_the_map_as_it_was(
-    store: MapStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first, second = grid_of(store), moved(store)
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(home_map, "replace_file", full)
-    assert refused(store.update, "a", first, second, WHEN) == "map_not_stored"
-    monkeypatch.undo()
-    assert grid_of(store).same_as(first)
 
 
 def test_another_process_that_changes_maps_is_waited_for(store: MapStore, tmp_path: Path) -> None:

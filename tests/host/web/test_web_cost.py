@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from gazemeasure import hostile
+from gazemeasure.page import hostile
 
 LONG_S = 20.0
 MOST_CPU_S = 0.002

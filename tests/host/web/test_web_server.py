@@ -16,7 +16,7 @@ import simple_websocket
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.configuration import Config, WebConfig
 from gazechair.web import WebError, WebServer
-from gazemeasure.raw_page import upgrade
+from gazemeasure.page.raw_page import upgrade
 
 LONG_S = 20.0
 

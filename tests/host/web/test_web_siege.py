@@ -19,7 +19,7 @@ from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.configuration import Config, WebConfig
 from gazechair.people.pairing import Paired
 from gazechair.web import WebServer, connection_limits, handler
-from gazemeasure.raw_page import frame, upgrade
+from gazemeasure.page.raw_page import frame, upgrade
 
 LONG_S = 20.0
 HELLO = (

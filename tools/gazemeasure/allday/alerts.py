@@ -14,8 +14,8 @@ from typing import Any
 from gazechair.alerts.book import MOST_PER_MINUTE
 from gazedemo.check import NEUTRAL
 from gazedemo.stack import Stack
-from gazemeasure.floods import stack_port
-from gazemeasure.raw_page import RawDriver
+from gazemeasure.page.floods import stack_port
+from gazemeasure.page.raw_page import RawDriver
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
 

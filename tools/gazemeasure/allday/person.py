@@ -13,8 +13,8 @@ from typing import Any
 from gazedemo.check import NEUTRAL
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
-from gazemeasure.floods import stack_port
-from gazemeasure.raw_page import RawDriver
+from gazemeasure.page.floods import stack_port
+from gazemeasure.page.raw_page import RawDriver
 from gazemeasure.stalls import StallProbe
 
 _HOLD_S = 0.25

@@ -17,13 +17,13 @@ from gazedemo.browser import Driver, open_page
 from gazedemo.check import NEUTRAL, Check
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
-from gazemeasure import floods
-from gazemeasure.frozen_viewer import FrozenViewer
-from gazemeasure.page_spy import TAKE, install
+from gazemeasure.page import floods
+from gazemeasure.page.frozen_viewer import FrozenViewer
+from gazemeasure.page.page_spy import TAKE, install
+from gazemeasure.page.shaper import Shaper
+from gazemeasure.page.stamped_camera import StampedCamera
 from gazemeasure.report import Report, percentile
-from gazemeasure.shaper import Shaper
 from gazemeasure.stalls import STALL_S, StallProbe
-from gazemeasure.stamped_camera import StampedCamera
 
 _HOLD_S = 0.3
 _REST_S = 0.7

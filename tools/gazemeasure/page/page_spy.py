@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from playwright.sync_api import Page
 
-from gazemeasure.stamped_camera import READ
+from gazemeasure.page.stamped_camera import READ
 
 _WORKER = "picture_worker.js"
 _CHANNEL = "gazemeasure"

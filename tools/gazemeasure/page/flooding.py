@@ -1,7 +1,7 @@
 """Attacks from the network, each as its own program.
 
-`python -m gazemeasure.flooding NAME PORT COOKIE_NAME COOKIE`. It ends after a minute, or when its
-standard input is closed. It runs at the lowest priority, because an attacker has their own
+`python -m gazemeasure.page.flooding NAME PORT COOKIE_NAME COOKIE`. It ends after a minute, or when
+its standard input is closed. It runs at the lowest priority, because an attacker has their own
 processor.
 """
 
@@ -17,8 +17,8 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from gazemeasure import hostile
-from gazemeasure.raw_page import frame, upgrade
+from gazemeasure.page import hostile
+from gazemeasure.page.raw_page import frame, upgrade
 
 _LONGEST_S = 60.0
 _THREADS = 4

@@ -12,7 +12,7 @@ import time
 from collections import deque
 from typing import Any
 
-from gazemeasure import hostile
+from gazemeasure.page import hostile
 
 _LIMIT_S = 10.0
 _HOLD_S = 0.025

@@ -15,8 +15,8 @@ import gazesetup
 from gazedemo.check import NEUTRAL
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
-from gazemeasure.flooding import ATTACKS
-from gazemeasure.raw_page import RawDriver
+from gazemeasure.page.flooding import ATTACKS
+from gazemeasure.page.raw_page import RawDriver
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
 
@@ -73,7 +73,7 @@ def _attacked(stack: Stack, attack: str, cookie_name: str, cookie: str) -> Itera
         return
     words = [attack, str(stack_port(stack)), cookie_name, cookie]
     with subprocess.Popen(
-        [sys.executable, "-m", "gazemeasure.flooding", *words],
+        [sys.executable, "-m", "gazemeasure.page.flooding", *words],
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         env=gazesetup.source_environment(),
