@@ -5,12 +5,13 @@ import { fetchPart } from "./wanted.js";
 /** Optional data, and the parts that show it from then on. */
 const PARTS = { where: "small_map", assist: "assist_sign" };
 const coming = {};
+const parts = {};
 
 /** `news`: the host's state. */
 export function show(news, strings) {
   for (const [name, file] of Object.entries(PARTS)) {
     const told = news[name];
-    if (told) coming[name] ??= fetchPart(file);
-    coming[name]?.then((part) => part.show(told, strings, news));
+    if (told) coming[name] ??= fetchPart(file, (part) => (parts[name] = part));
+    parts[name]?.show(told, strings, news);
   }
 }

@@ -15,7 +15,7 @@ export async function fetchPart(name, more) {
       missing.delete(name);
       return part;
     } catch (error) {
-      console.warn(`${name}: ${error.message}`);
+      console.warn(name, error);
       missing.add(name);
     }
     await new Promise((resume) => setTimeout(resume, RETRY_MS));
@@ -152,10 +152,10 @@ export class Plugins {
   }
 }
 
-let late;
+let late, coming;
 
 /** Shows optional data; the page works without it. */
 export function showLate(news, strings) {
-  if (news.where || news.assist) late ??= fetchPart("late");
-  late?.then((part) => part.show(news, strings));
+  if (news.where || news.assist) coming ??= fetchPart("late", (part) => (late = part));
+  late?.show(news, strings);
 }

@@ -235,6 +235,24 @@ def test_a_step_pressed_before_somebody_elses_stop_never_begins(own: bool) -> No
         assert codes.ARM not in orders
 
 
+def test_nor_does_one_whose_first_message_came_too_late() -> None:
+    rig = FirstDriveRig()
+    rig.ready()
+    token = rig.steering.token()
+    rig.run(80)
+    rig.control.receive(rig.driver.client, {"k": "stop"})
+    rig.run(220)
+    step = {"k": "step", "step": "tune", "held": True, "edge": 1, "token": token}
+
+    def held(since_ms: int) -> list[str]:
+        refusals = rig.control.receive(rig.caretaker.client, {**step, "since": since_ms})
+        return [str(one["reason"]) for one in refusals]
+
+    assert held(0) == ["stale_token"]
+    assert held(200) == ["first_hold"]
+    assert rig.guide.due is None
+
+
 def test_it_refuses_with_the_reason() -> None:
     rig = FirstDriveRig()
     assert rig.rows()["tune"]["refused"] == "not_connected"

@@ -227,7 +227,8 @@ def test_assist_is_shown_on_vooruit_and_when_it_steers(driver):
 
         def says(told=told, words=words):
             driver.state(assist=told)
-            return driver.text("#assist-sign") == words
+            sign = driver.page.locator("#assist-sign")
+            return sign.count() and sign.inner_text() == words
 
         wait_until(says, words)
     driver.state(assist=None)
@@ -251,6 +252,27 @@ def test_assist_that_does_not_load_is_told_and_fetched_again(driver, file):
     wait_until(
         lambda: driver.state(**told) or driver.text("#assist-sign") == "Rijhulp stuurt mee", "it"
     )
+
+
+def test_what_was_told_before_a_part_had_loaded_is_never_shown(driver):
+    page = driver.page
+    page.route("**/assist_sign.js", lambda route: route.abort())
+    for _ in range(20):
+        driver.state(assist=[True, True])
+        driver.advance(100)
+    page.unroute("**/assist_sign.js")
+    part = "window.shown = []; export function show(told) { window.shown.push(told[1]); }"
+    page.route(
+        "**/assist_sign.js",
+        lambda route: route.fulfill(body=part, content_type="text/javascript"),
+    )
+    driver.wait_until(
+        lambda: driver.state(assist=[True, False])
+        or driver.advance(500)
+        or page.evaluate("window.shown?.length"),
+        "the part",
+    )
+    assert not any(page.evaluate("window.shown"))
 
 
 def test_the_picture_is_drawn_and_then_acknowledged(driver, host):
