@@ -86,7 +86,7 @@ def add_estimates(
     """
     report.add("  estimates a second", len(heard) / passed_s, "", _LEAST_HZ, at_least=True)
     ages_s = [came - at for at, came in heard if not stalled(at, at + _AGE_S)]
-    report.add("  age of an estimate, 95 %", percentile(ages_s, 0.95), "s", _AGE_S)
+    report.add("  age of an estimate, 99 %", percentile(ages_s, 0.99), "s", _AGE_S)
     dropped = len(heard) - len(ages_s)
     report.note(f"({dropped} of {len(heard)} ages overlap a stall of the machine: dropped)")
 
