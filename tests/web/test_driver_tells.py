@@ -267,9 +267,11 @@ def test_what_was_told_before_a_part_had_loaded_is_never_shown(driver):
         lambda route: route.fulfill(body=part, content_type="text/javascript"),
     )
     driver.wait_until(
-        lambda: driver.state(assist=[True, False])
-        or driver.advance(500)
-        or page.evaluate("window.shown?.length"),
+        lambda: (
+            driver.state(assist=[True, False])
+            or driver.advance(500)
+            or page.evaluate("window.shown?.length")
+        ),
         "the part",
     )
     assert not any(page.evaluate("window.shown"))

@@ -324,12 +324,13 @@ class Arbiter:
             reason = "not_armed" if self._session else "not_connected"
             return self._refuse_once(what, page, message.edge, reason)
         deadline_s = proven_s + min(self.ttl_s, message.life_s)
-        alive = not new or began_s >= self.stops.of_others_s(client)
-        if alive and isinstance(message, UseMode):
+        if new and began_s < self.stops.of_others_s(client):
+            alive = False
+        elif isinstance(message, UseMode):
             alive = self._drive_by(client, page, message, deadline_s, new, now_s)
-        elif alive and new:
+        elif alive := new:
             self._press.drive(client, message, page.role, deadline_s, self._board_edge)
-        elif alive:
+        else:
             alive = self._press.drive_on(client, message, deadline_s)
         return None if alive else self._refuse_once(what, page, message.edge, "needs_new_command")
 
