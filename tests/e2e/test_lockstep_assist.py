@@ -45,7 +45,7 @@ def test_what_is_advised_counts_for_the_held_press_alone_and_within_its_bounds()
 
     def child() -> None:
         if advice and chair.now_ms % 50 == 0:
-            press = chair.assist._word.press
+            press = chair.assist._message.press
             words = [True, press, *advice, True, chair.now_s()]
             chair.assist._on_data(json.dumps(words).encode())
 
