@@ -1,5 +1,7 @@
-"""The Teensy's own file of the firmware, over stand-ins for `machine` and `micropython`: a store
-that fails leaves the watchdog as strict as it was."""
+"""A store that fails leaves the Teensy's watchdog as strict as it was.
+
+The Teensy's own file of the firmware, over stand-ins for `machine` and `micropython`.
+"""
 
 from __future__ import annotations
 

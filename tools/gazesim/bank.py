@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from gazeboard.boards import bank_layout as layout
 
 _U32 = struct.Struct("<I")
-_U64 = struct.Struct("<Q")
 _LOG = struct.Struct("<Q4B16sI")
 LOG_KINDS = ("write", "read", "nak", "eio")
 

@@ -20,11 +20,9 @@ IMUPLUS = 0x08  # fusion of gyro and accelerometer, no magnetometer
 FUSION_MODES = (0x08, 0x09, 0x0A, 0x0B, 0x0C)
 
 _DATA = 0x08  # accelerometer, first of the measured values
-_GYRO_Z = 0x18
 _CALIBRATION = 0x35
 _SELF_TEST = 0x36
 _STATUS = 0x39
-_ERROR = 0x3A
 _UNIT_SEL = 0x3B
 _OPR_MODE = 0x3D
 _TRIGGER = 0x3F

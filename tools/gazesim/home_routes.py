@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import half_turn_deg
 from gazesim import chair
 from gazesim.homes import Home
 from gazesim.rooms import Array
@@ -60,7 +61,7 @@ class Router:
         taken[cells[:, 0], cells[:, 1]] = 1.0
         self._fine = _free(taken, HEADINGS_DEG)
         self._free: Free = self._fine[:, ::_EVERY, ::_EVERY]
-        halfway = [deg + 0.5 * _wrapped(after - deg) for deg, after in pairwise(_ROUND_DEG)]
+        halfway = [deg + 0.5 * half_turn_deg(after - deg) for deg, after in pairwise(_ROUND_DEG)]
         # Layer k: halfway between the headings k and k + 1.
         self._turns = _free(taken, halfway)[:, ::_EVERY, ::_EVERY].reshape(-1)
         self._shape = self._free.shape[1:]
@@ -130,7 +131,7 @@ class Router:
     def route(self, costs: Costs, start: Pose) -> list[Pose]:
         """From the free pose nearest to `start` to where `costs` leads; [] when there is none."""
         step = FINE_M * _EVERY
-        heading = int(np.argmin([abs(_wrapped(d - start.heading_deg)) for d in HEADINGS_DEG]))
+        heading = int(np.argmin([abs(half_turn_deg(d - start.heading_deg)) for d in HEADINGS_DEG]))
         x = round((start.x_m - self._low[0]) / step)
         y = round((start.y_m - self._low[1]) / step)
         at = min(
@@ -155,7 +156,7 @@ class Router:
     def _apart(self, at: tuple[int, int, int], pose: Pose) -> float:
         """How far from it; half a metre for 90 degrees."""
         x_m, y_m = self._metres(at[1:])
-        turned = abs(_wrapped(HEADINGS_DEG[at[0]] - pose.heading_deg))
+        turned = abs(half_turn_deg(HEADINGS_DEG[at[0]] - pose.heading_deg))
         return math.hypot(x_m - pose.x_m, y_m - pose.y_m) + turned / 180.0
 
     def _after(self, at: tuple[int, int, int]) -> list[tuple[int, int, int]]:
@@ -220,10 +221,6 @@ def _free(taken: NDArray[np.float32], headings_deg: Sequence[float]) -> Free:
     found[:, :edge], found[:, -edge:] = False, False
     found[:, :, :edge], found[:, :, -edge:] = False, False
     return found
-
-
-def _wrapped(deg: float) -> float:
-    return (deg + 180.0) % 360.0 - 180.0
 
 
 def _smooth(least: int) -> int:

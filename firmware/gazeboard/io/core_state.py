@@ -1,5 +1,5 @@
-# The state of the whole core as one array of words: read between two ticks, for a replay to begin
-# with.
+# The state of the whole core as one array of words, which a replay begins with.
+# Read between two ticks.
 
 from array import array
 

@@ -1,5 +1,4 @@
-# The requests in the host's frames: command, order, clearance, bypass, supervision, setting, as
-# inputs.
+# The requests in the host's frames, as inputs: command, order, clearance, bypass and others.
 #
 # Frames arrive here checked and in order; `age_ms` is what passed since the host sent one. Each
 # refused one is counted. No allocation.
