@@ -39,6 +39,7 @@ _SHARP_RAD, _SHARP_M_S = math.radians(8.0), 0.22
 _STANDS_M_S, _ROLLS_M_S = 0.06, 0.12  # slower: request the turn, which begins after the dead time
 _ENDS_DEG_S = 5.0  # with a slower turn, it may begin a leg
 _END_M, _END_WIDE_M = 0.02, 0.06
+_NO_AIM_M = 0.05  # nearer to its leg's end, the chair no longer turns towards that
 _LEAST_M_S = 0.02  # first speed requested from rest
 
 
@@ -166,7 +167,7 @@ class Follower:
         if float(np.hypot(*(b - a))) < 0.03:
             return None
         along, _across, length = _on_leg(a, b, pose)
-        if length - along < 0.05:
+        if length - along < _NO_AIM_M:
             return None
         aim = a + (b - a) * (min(length, along + max(_LOOK_M, 0.5 * length)) / length)
         heading = math.atan2(aim[1] - pose[1], aim[0] - pose[0])
@@ -252,6 +253,8 @@ class Follower:
             self.lost_way = True
             return STOP
         if abs(error) > _TURN_AGAIN_RAD + STEER_MOST_RAD:
+            if left_m < _NO_AIM_M:
+                return self._end_leg()
             self._begin_turn()
             return STOP
         misses = self._misses(along, across, error, left_m)
