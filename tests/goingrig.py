@@ -20,6 +20,8 @@ from gazesim.chair import Chair
 
 CELL_M = 0.025
 PERSON_M = 0.15
+TOUCHES_M = -0.03
+"""Less clearance than any error of the map explains: the chair has driven into something."""
 Box = tuple[float, float, float, float]  # x0, y0, x1, y1
 
 TWO_ROOMS: tuple[Box, ...] = ((3.95, 0.0, 4.05, 1.45), (3.95, 2.45, 4.05, 4.0))
@@ -79,6 +81,7 @@ class GoingChair:
         end_s = self.now_s + seconds
         while self.now_s < end_s and self.mission.state != "arrived":
             self.step()
+        assert self.least_m > TOUCHES_M
         return self.mission.state
 
     def step(self) -> Stick:
@@ -151,4 +154,5 @@ def drive_among(
         found.append((chair.mission.state, chair.mission.reason))
         if chair.mission.state == "arrived":
             break
+    assert chair.least_m > TOUCHES_M
     return found

@@ -14,7 +14,7 @@ import numpy as np
 
 from gazechair.going.bends import RATE_RAD_S, Bend
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.plan import Pose, Way
+from gazechair.going.plan import ARRIVED_M, NO_LEG_M, Pose, Way
 from gazechair.going.rolled import along
 from gazechair.going.spot_turn import SpotTurn
 from gazechair.going.steering import MISS_M, NARROW_M, STEER_MOST_RAD, Steering, miss_m
@@ -22,7 +22,6 @@ from gazechair.going.steering import MISS_M, NARROW_M, STEER_MOST_RAD, Steering,
 PERIOD_S = 0.05
 ACCELERATE_M_S2, JERK_M_S3 = 0.3, 1.0
 """Limits of the requested speed."""
-ARRIVED_M = 0.12
 _TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the goal
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
 _TURN_AGAIN_RAD = math.radians(20.0)
@@ -39,6 +38,7 @@ _SHARP_RAD, _SHARP_M_S = math.radians(8.0), 0.22
 _STANDS_M_S, _ROLLS_M_S = 0.06, 0.12  # slower: request the turn, which begins after the dead time
 _ENDS_DEG_S = 5.0  # with a slower turn, it may begin a leg
 _END_M, _END_WIDE_M = 0.02, 0.06
+_NO_AIM_M = 0.05  # nearer to its leg's end, the chair no longer turns towards that
 _LEAST_M_S = 0.02  # first speed requested from rest
 
 
@@ -163,10 +163,10 @@ class Follower:
         if self._at >= len(points) - 1:
             return self._way.heading_rad
         a, b = points[self._at], points[self._at + 1]
-        if float(np.hypot(*(b - a))) < 0.03:
+        if float(np.hypot(*(b - a))) < NO_LEG_M:
             return None
         along, _across, length = _on_leg(a, b, pose)
-        if length - along < 0.05:
+        if length - along < _NO_AIM_M:
             return None
         aim = a + (b - a) * (min(length, along + max(_LOOK_M, 0.5 * length)) / length)
         heading = math.atan2(aim[1] - pose[1], aim[0] - pose[0])
@@ -246,12 +246,14 @@ class Follower:
             left_m = to_bend_m + self._beyond_m(self._at + 1)
             if to_bend_m < self._speed * self._lead_s:
                 curve = bend.curve_per_m
-        elif length < 0.03 or left_m < (_END_WIDE_M if room_m > _WIDE_M else _END_M):
+        elif length < NO_LEG_M or left_m < (_END_WIDE_M if room_m > _WIDE_M else _END_M):
             return self._end_leg()
         if abs(across) > _OFF_M:
             self.lost_way = True
             return STOP
         if abs(error) > _TURN_AGAIN_RAD + STEER_MOST_RAD:
+            if left_m < _NO_AIM_M:
+                return self._end_leg()
             self._begin_turn()
             return STOP
         misses = self._misses(along, across, error, left_m)

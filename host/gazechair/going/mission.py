@@ -18,10 +18,10 @@ from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.going.ahead import poses_ahead
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
-from gazechair.going.follow import ARRIVED_M, STOP, Follower, Stick
+from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.people import speed_within
-from gazechair.going.plan import NO_WAY, NoWay, Planner, Pose, Way
+from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
 from gazechair.going.refusals import Refusals
 from gazechair.going.rolled import Located, Rolled
 from gazechair.going.smooth import refused_s

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.going.bends import Bend
 from gazechair.going.costmap import Costmap
 from gazechair.going.lattice import (
@@ -42,14 +42,20 @@ __all__ = ["GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoWay", "Planner", "Pose"
 
 GOAL_BLOCKED, START_BLOCKED, NO_WAY = "going_goal_blocked", "going_start_blocked", "going_no_way"
 
+ARRIVED_M = 0.12
+"""Nearer to the goal, the chair has arrived."""
+NO_LEG_M = 0.03
+"""A shorter leg is not driven."""
+_HERE_M, _HERE_RAD = 0.08, math.radians(5.0)  # nearer: no leg, and no turn that may be refused
 LEAST_M = -0.01
 """Least clearance of a path, by the map, whose own error is as large; the board guards the rest."""
+_TURNS_NEARER_M = 0.03  # than legs: where the board refuses a turn, another path is found
 # Least clearance of poses and turns in the search, tried in this order until a path is easy. In
 # turns the board keeps 7 cm off; a loose search may give a route that smoothing cannot clear.
 _CLEAR_M = ((LOOSE_M, 0.085), (LOOSE_M, 0.04), (STRICT_M, 0.03), (LOOSE_M, 0.0))
 _LEG_STEPS_M = (0.0, 0.3, 0.6, 0.9, 1.2, 1.6)
 _GOAL_M = 0.9 * STEP_M
-_SNAP_RAD = math.radians(12.0)
+_SNAP_RAD, _ROUND_RAD = math.radians(12.0), math.radians(5.0)
 _COST_PER_S = 15.0  # of the lattice
 _EASY_S, _EASY_S_PER_M = 20.0, 7.0
 _SHORT_S_PER_M = 600.0  # of ending within _GOAL_M of the goal
@@ -127,6 +133,9 @@ class Planner:
         A goal without a heading allows any. `hurry`: the first path found, though not the easiest.
         """
         self._refused = refused
+        here = self._here(start, goal)
+        if here is not None and math.dist(start[:2], goal[:2]) <= _HERE_M:
+            return here
         self._lattice.refresh()
         turns = [(one.x_m, one.y_m) for one in refused if one.turns]
         best: Way | NoWay = NoWay(NO_WAY)
@@ -140,7 +149,22 @@ class Planner:
                 best = found
             if isinstance(best, Way) and (hurry or best.is_easy):
                 break
-        return best
+        easy = isinstance(best, Way) and best.is_easy
+        return best if here is None or easy else here
+
+    def _here(self, start: Pose, goal: Pose | tuple[float, float]) -> Way | None:
+        """The last turn alone, for a chair that stands at its goal; None: that is not enough."""
+        if math.dist(start[:2], goal[:2]) > ARRIVED_M:
+            return None
+        heading = goal[2] if len(goal) == 3 else None
+        place = np.array(start[:2])
+        if heading is not None and not (
+            self.turns_freely(start, heading) and not turn_refused(self._refused, place)
+        ):
+            if abs(math.remainder(heading - start[2], 2.0 * math.pi)) > _HERE_RAD:
+                return None
+            heading = None
+        return Way(np.array((place, place)), heading, clearance_m=math.inf)
 
     def turns_freely(self, pose: Pose, to_rad: float) -> bool:
         """Whether the board will allow a turn on the spot from `pose` to `to_rad`."""
@@ -184,7 +208,29 @@ class Planner:
             points.append(_ahead((goal[0], goal[1], heading), -leg_in_m))
         points.append(np.array(goal[:2]))
         way = self._eased(points, (start[2], heading), best[2], leg_in_m)
-        return NoWay(NO_WAY) if way.clearance_m < self._least_m(start) else way
+        turns_m = self._turns_m(way, start[2]) + _TURNS_NEARER_M
+        return NoWay(NO_WAY) if min(way.clearance_m, turns_m) < self._least_m(start) else way
+
+    def _turns_m(self, way: Way, before_rad: float) -> float:
+        """Least clearance in the turns on the spot of a path."""
+        least_m = math.inf
+        for k, at in enumerate(way.points_m):
+            leg = way.points_m[k + 1] - at if k + 1 < len(way.points_m) else None
+            if leg is None:
+                after_rad = way.heading_rad
+            elif float(np.hypot(*leg)) < NO_LEG_M:
+                after_rad = None
+            else:
+                backward_rad = math.pi if way.backward and not k else 0.0
+                after_rad = math.atan2(leg[1], leg[0]) + backward_rad
+            if after_rad is None:
+                continue
+            if way.bend(k) is None:
+                pose = float(at[0]), float(at[1]), before_rad
+                clear = self._costmap.clearance_m(*turn_poses(pose, after_rad, 0.0))
+                least_m = min(least_m, float(clear.min(initial=math.inf)))
+            before_rad = after_rad
+        return least_m
 
     def _least_m(self, start: Pose) -> float:
         """Least clearance of a smoothed path; less for a chair that stands within a wide margin."""
@@ -239,7 +285,9 @@ class Planner:
                 if self._costmap.clearance_m(x, y, headings).min() < LEAST_M:
                     break
                 around = 4.0 if leg_m else _SNAP_RAD
-                found = self._lattice.near(float(x[-1]), float(y[-1]), heading, _GOAL_M, around)
+                at = float(x[-1]), float(y[-1]), heading
+                found = self._lattice.near(*at, _GOAL_M, around)
+                found = found[self._turn_fits(found, at)]
                 if not leg_m and self._turns_freely(x_m, y_m):
                     found = self._lattice.near(x_m, y_m, heading, _GOAL_M, 4.0)
             for pose in found:
@@ -258,6 +306,19 @@ class Planner:
                     prices[int(pose)], legs[int(pose)] = price, leg_m
         poses = np.array(list(prices), dtype=np.int64)
         return poses, np.array(list(prices.values()), dtype=np.int64), legs
+
+    def _turn_fits(self, poses: Ints, at: Pose) -> BoolArray:
+        """Whether turns on the spot from the headings of lattice poses to the pose `at` fit."""
+        off = np.array([self._lattice.heading_rad(int(pose)) - at[2] for pose in poses])
+        off = np.remainder(off + math.pi, 2.0 * math.pi) - math.pi
+        fits = np.abs(off) <= _SNAP_RAD
+        turned = np.arange(0.0, math.pi, _ROUND_RAD)
+        x, y = np.array(at[0]), np.array(at[1])
+        for side in (1.0, -1.0):
+            clear = self._costmap.clearance_m(x, y, at[2] + side * turned)
+            free_rad = turned[clear < LEAST_M].min(initial=math.inf)
+            fits |= (side * off >= 0.0) & (side * off < free_rad)
+        return fits
 
     def _turns_freely(self, x_m: float, y_m: float) -> bool:
         around = np.linspace(0.0, 2.0 * math.pi, 72, endpoint=False)

@@ -27,6 +27,7 @@ TURN_M, TURN_EASY_M = 0.075, 0.11
 ALONG_M = 0.05
 """Distance between the poses of a leg that are checked."""
 _NO_TURN_S = 30.0
+_TURN_INTO_WALL_S_PER_M = 1500.0
 _ROUND_RAD = math.radians(3.0)
 _BEYOND_RAD = math.radians(16.0)  # room that the board requires to stop a turn
 _SPEED_M_S = 0.25
@@ -209,16 +210,19 @@ class Smoother:
             least = float(clear.min())
             found += 200.0 * max(0.0, TURN_EASY_M - least)
             found += _NO_TURN_S * (1.0 - least) if least < TURN_M else 0.0
+            found += _TURN_INTO_WALL_S_PER_M * max(0.0, -least)
             if no_turn:
                 found += _NO_TURN_S
             self._turns[key] = found
         return found
 
 
-def turn_poses(pose: Pose, to_rad: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def turn_poses(
+    pose: Pose, to_rad: float, beyond_rad: float = _BEYOND_RAD
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """x, y, heading of a turn on the spot, including the room beyond it that the board requires."""
     angle = math.remainder(to_rad - pose[2], 2.0 * math.pi)
-    end = angle + math.copysign(_BEYOND_RAD, angle)
+    end = angle + math.copysign(beyond_rad, angle)
     steps = np.arange(0.0, abs(end), _ROUND_RAD)
     here = np.ones(len(steps))
     return pose[0] * here, pose[1] * here, pose[2] + np.copysign(steps, end)

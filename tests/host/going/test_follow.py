@@ -69,6 +69,17 @@ def test_a_new_way_that_it_is_not_aimed_at_is_aimed_at_where_it_would_jam() -> N
         assert follower.turns_on_spot is turns
 
 
+def test_the_last_centimetres_of_a_leg_that_it_does_not_look_along_are_left_out() -> None:
+    """It used to begin, and at once to end, the turn to that leg, for ever."""
+    follower = Follower(numbers())
+    goal_rad = math.pi / 2
+    follower.take(Way(np.array([(0.0, 0.0), (0.04, 0.0)]), goal_rad), (0.0, 0.0, math.radians(70)))
+    for _ in range(10):
+        follower.moved(STOP, 0.0, 0.0)
+        follower.step((0.0, 0.0, math.radians(70.0)), math.inf, NARROW_M)
+    assert follower.turns_on_spot
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("turn_deg", [6.0, 12.0, 15.0])
 def test_where_it_is_narrow_a_turn_waits_for_what_its_pulse_makes(

@@ -23,7 +23,7 @@ from gazechair.going.mission import (
 )
 from gazechair.going.people import People
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
-from goingrig import TWO_ROOMS, GoingChair, Person, drive_among, floor
+from goingrig import TWO_ROOMS, Box, GoingChair, Person, drive_among, floor
 
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
 
@@ -44,14 +44,38 @@ def test_through_a_door_to_a_heading(chair: GoingChair) -> None:
 
 
 def test_backward_out_of_a_niche_the_room_behind_counts() -> None:
-    niche = ((1.0, 1.45, 2.9, 1.5), (1.0, 2.5, 2.9, 2.55), (2.85, 1.45, 2.9, 2.55))
-    chair = GoingChair(floor(niche), (1.7, 2.0, 0.0))
+    niche = ((1.4, 1.45, 3.3, 1.5), (1.4, 2.5, 3.3, 2.55), (3.25, 1.45, 3.3, 2.55))
+    chair = GoingChair(floor(niche), (2.1, 2.0, 0.0))
     chair.mission.planner = Planner(chair.mission.costmap, may_reverse=True)
     chair.mission.go((5.5, 2.0, 0.0))
     while chair.asked.linear_permille >= 0:
         chair.step()
         assert chair.now_s < 4.0
     assert chair.mission._straight_m > 0.05
+
+
+@pytest.mark.parametrize(
+    ("boxes", "off", "turns_deg"),
+    [
+        (((6.0, 1.2, 7.0, 1.55), (6.0, 2.45, 7.0, 2.8), (7.0, 1.2, 7.1, 2.8)), (0.05, 0.0, 3.0), 0),
+        (((7.05, 1.0, 7.3, 3.0),), (0.06, 0.02, 2.0), 5.0),
+        ((), (-0.03, 0.06, 40.0), 45.0),
+    ],
+    ids=["in its pocket", "at its table", "on a free floor"],
+)
+def test_where_it_stands_already_it_makes_the_last_turn_at_most(
+    boxes: tuple[Box, ...], off: Pose, turns_deg: float
+) -> None:
+    chair = GoingChair(floor(boxes), (6.2 + off[0], 2.0 + off[1], math.radians(off[2])))
+    chair.mission.planner = Planner(chair.mission.costmap, may_reverse=True)
+    chair.mission.go((6.2, 2.0, 0.0))
+    turned_deg, before = 0.0, chair.chair.heading_deg
+    while chair.mission.state != ARRIVED:
+        chair.step()
+        turned_deg += abs(chair.chair.heading_deg - before)
+        before = chair.chair.heading_deg
+        assert chair.now_s < 10.0
+    assert turned_deg <= turns_deg
 
 
 def test_another_goal_on_the_way(chair: GoingChair) -> None:

@@ -100,8 +100,8 @@ def test_docking_ends_straight_on() -> None:
 
 
 def test_out_of_a_dead_end_backward_only_where_it_is_seen() -> None:
-    niche = ((1.0, 1.45, 2.9, 1.5), (1.0, 2.5, 2.9, 2.55), (2.85, 1.45, 2.9, 2.55))
-    start = (1.7, 2.0, 0.0)
+    niche = ((1.4, 1.45, 3.3, 1.5), (1.4, 2.5, 3.3, 2.55), (3.25, 1.45, 3.3, 2.55))
+    start = (2.1, 2.0, 0.0)
     backward = planned(niche, start, (5.5, 2.0, 0.0), reverse=True)
     assert isinstance(backward, Way)
     assert backward.backward
@@ -236,6 +236,41 @@ def test_close_to_the_goal_it_does_not_turn_back_to_come_straight() -> None:
     assert isinstance(found, Way)
     assert found.length_m < 0.2
     assert found.cost_s < 60.0
+
+
+POCKET = ((6.0, 1.2, 7.0, 1.55), (6.0, 2.45, 7.0, 2.8), (7.0, 1.2, 7.1, 2.8))
+"""0.9 m wide: no turn fits."""
+DOCKED = (6.2, 2.0, 0.0)
+
+
+def turns_only(found: Way | NoWay) -> bool:
+    return isinstance(found, Way) and found.length_m == 0.0
+
+
+@pytest.mark.parametrize(("ahead_m", "turned_deg"), [(0.05, 0.0), (-0.08, 3.0), (0.11, -3.0)])
+def test_a_chair_that_stands_in_its_pocket_has_arrived(ahead_m: float, turned_deg: float) -> None:
+    start = (DOCKED[0] + ahead_m, 2.0, math.radians(turned_deg))
+    found = planned(POCKET, start, DOCKED, True)
+    assert turns_only(found)
+    assert isinstance(found, Way)
+    assert found.heading_rad is None
+
+
+def test_at_its_goal_it_makes_only_the_last_turn_and_from_a_decimetre_away_it_drives() -> None:
+    assert turns_only(planned((), (2.06, 2.0, 1.0), (2.0, 2.0, 0.0)))
+    assert turns_only(planned((), (2.06, 2.0, 1.0), (2.0, 2.0)))
+    away = planned((), (1.9, 2.0, 0.0), (2.0, 2.0, 0.0))
+    assert isinstance(away, Way)
+    assert away.points_m[-1].tolist() == [2.0, 2.0]
+
+
+def test_no_turn_is_planned_into_a_wall() -> None:
+    backed_in = (*DOCKED[:2], math.pi)
+    found = planned(POCKET, backed_in, DOCKED, True)
+    assert isinstance(found, Way)
+    assert min(math.dist(one, DOCKED[:2]) for one in found.points_m[1:-1]) > 0.5
+    shut = (*POCKET, (5.2, 1.2, 5.25, 2.8))
+    assert planned(shut, backed_in, DOCKED, True) == NoWay(NO_WAY)
 
 
 BEFORE_M, BEHIND_M = np.array(((2.0, 1.0), (2.0, 1.05))), np.array(((5.5, 2.0), (5.5, 2.05)))
