@@ -41,7 +41,9 @@ def test_a_short_drive_is_judged_by_the_truth() -> None:
     assert np.percentile(np.abs(found.speed_m_s), 90) < 0.05
 
 
-@pytest.mark.parametrize("kind", [alarms.STUCK_IN, alarms.PUSHED_BY])
+@pytest.mark.parametrize(
+    "kind", [alarms.STUCK_IN, alarms.STUCK_TURN, alarms.PUSHED_BY, alarms.BACKWARD]
+)
 def test_what_happens_to_the_chair_is_reported_within_half_a_second(kind: str) -> None:
     assert alarms.reported_after_s((kind, 1)) <= 0.5
 

@@ -1,4 +1,4 @@
-"""How soon odometry reports a chair that is stuck, pushed or turned by hand, in generated homes."""
+"""How soon odometry reports that a chair is stuck, pushed, or does not obey, in generated homes."""
 
 from __future__ import annotations
 
@@ -15,8 +15,22 @@ from gazesim.home_drive import FRONT, STEP_S, Drive
 from gazesim.home_routes import Pose
 
 STUCK_IN, PUSHED_BY, TURNED_BY = "stuck", "pushed", "turned by hand"
-_REPORTS = {STUCK_IN: STUCK, PUSHED_BY: PUSHED, TURNED_BY: PUSHED}
+STUCK_TURN, STUCK_LOW = "stuck in a turn, as it turned before", "stuck at less"
+BACKWARD, SPINS = "told forward, rolls backward", "told forward, spins"
+_REPORTS = {
+    STUCK_IN: STUCK,
+    STUCK_TURN: STUCK,
+    STUCK_LOW: STUCK,
+    PUSHED_BY: PUSHED,
+    TURNED_BY: PUSHED,
+    BACKWARD: PUSHED,
+    SPINS: PUSHED,
+}
 _STARTS_S = 0.6  # after a command, every chair has begun to move by then
+_STARTS_LOW_S = 1.2  # on one that does not move every chair
+_USUAL_TURN = 500  # permille, as a profile is without tuning
+_TURNED_S, _TURNED_DEG_S = (1.0, 2.0), 12.0
+_SPINS_DEG_S, _CASTERS_S = 20.0, 0.2  # casters do that for a moment
 _MOVES_M_S, _MOVES_DEG_S = 0.06, 6.0
 _QUIET_S, _LASTS_S = 4.0, 1.6
 _SEEDS, _SEEDS_QUICK = range(100), range(3)
@@ -28,7 +42,7 @@ Run = Callable[[Callable[[Job], float], Sequence[Job]], list[float]]
 
 @dataclass
 class _Disturbed:
-    """Replaces the driver: the chair is held, pushed or turned."""
+    """Replaces the driver: the chair is held, pushed or turned, or does not obey."""
 
     pose: Pose
     kind: str
@@ -42,7 +56,14 @@ class _Disturbed:
         """Since when it should be reported, s."""
         self._now_s = 0.0
         self._begins_s = _QUIET_S + self.chance.random()
-        self._command = self.chance.choice(((self.chance.randint(600, 1000), 0), (0, 900)))
+        drives = self.chance.randint(600, 1000), 0
+        self._command = {
+            STUCK_IN: self.chance.choice((drives, (0, 900))),
+            STUCK_TURN: (0, _USUAL_TURN),
+            STUCK_LOW: self.chance.choice(((self.chance.randint(400, 599), 0), (0, _USUAL_TURN))),
+            BACKWARD: drives,
+            SPINS: drives,
+        }.get(self.kind, (0, 0))
         self._way = self.chance.choice((-1.0, 1.0))
         self._speed = self.chance.uniform(0.15, 0.3)
         self._ramp = self.chance.uniform(0.3, 1.0)
@@ -55,15 +76,33 @@ class _Disturbed:
         self._now_s += STEP_S
         passed_s = self._now_s - self._begins_s
         if passed_s < 0.0:
+            if self.kind == STUCK_TURN:
+                self._turn_once()
             return
-        if self.kind == STUCK_IN:
-            self.permille = self._command
-            self.since_s = self._begins_s + _STARTS_S
+        self.permille = self._command
+        if _REPORTS[self.kind] == STUCK:
+            low = self.kind == STUCK_LOW
+            self.since_s = self._begins_s + (_STARTS_LOW_S if low else _STARTS_S)
             return
         speed = self._way * min(self._speed, self._ramp * passed_s)
-        turn_deg_s = 0.0
+        turn_deg_s, most_deg_s, lasts_s = 0.0, _MOVES_DEG_S, 0.0
         if self.kind == TURNED_BY:
             speed, turn_deg_s = 0.0, 100.0 * speed
+        elif self.kind == BACKWARD:
+            speed = -abs(speed)
+        elif self.kind == SPINS:
+            speed, turn_deg_s = 0.0, 200.0 * speed
+            most_deg_s, lasts_s = _SPINS_DEG_S, _CASTERS_S
+        self._move(speed, turn_deg_s)
+        if abs(speed) > _MOVES_M_S or abs(turn_deg_s) > most_deg_s:
+            self.since_s = self.since_s or self._now_s + lasts_s
+
+    def _turn_once(self) -> None:
+        turns = _TURNED_S[0] <= self._now_s < _TURNED_S[1]
+        self.permille = (0, _USUAL_TURN if turns else 0)
+        self._move(0.0, _TURNED_DEG_S if turns else 0.0)
+
+    def _move(self, speed: float, turn_deg_s: float) -> None:
         angle = math.radians(self.pose.heading_deg)
         self.pose = replace(
             self.pose,
@@ -72,8 +111,6 @@ class _Disturbed:
             heading_deg=self.pose.heading_deg + turn_deg_s * STEP_S,
         )
         self.speeds = speed, turn_deg_s
-        if abs(speed) > _MOVES_M_S or abs(turn_deg_s) > _MOVES_DEG_S:
-            self.since_s = self.since_s or self._now_s
 
 
 def reported_after_s(job: Job) -> float:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.motion_check import MotionCheck
+from gazechair.sensing.odometry.seen import DIFFERS_DEG, Seen
 
 HEADING = "no_heading"  # none from the board: turns come from the lidars alone
 TURNED = "lidar_turned"  # a lidar does not point where its configured mounting says
@@ -20,6 +20,7 @@ LATE = "scans_late"  # the newest scans are old
 SILENT = "lidar_silent"  # a lidar has stopped sending, or sends too late; another goes on
 PUSHED = "pushed"  # moves without a command
 STUCK = "stuck"  # does not move on a command
+BY_HEADING = "by_heading"  # pushed or stuck, by the heading sensor: the lidars need not see
 CARRIED = "carried"  # moves sideways, as no wheelchair does
 LOST = "lost"  # recognizes nothing that it sees: it starts again
 
@@ -35,8 +36,9 @@ _LASTS_S = {
     CHANGED: 0.3,
     LATE: 0.3,
     SILENT: 0.3,
-    PUSHED: 0.1,
-    STUCK: 0.1,
+    PUSHED: 0.0,  # these three have lasted already
+    STUCK: 0.0,
+    BY_HEADING: 0.0,
     CARRIED: 0.3,
     LOST: 2.0,
 }
@@ -44,58 +46,8 @@ _LASTS_S = {
 _FEW = 60  # points
 _LEAST_SHARE, _LEAST_INFORMATION = 0.02, 2500.0  # of the direction known best; 1/m^2
 _MATCHED, _LOST_MATCHED = 0.5, 0.35
-_MOVES_M_S, _MOVES_DEG_S, _STANDS_M_S = 0.06, 6.0, 0.03
-_MOVED_M_S = 0.075
+_MOVES_M_S, _MOVES_DEG_S = 0.06, 6.0
 _SIDEWAYS_M_S = 0.12
-_DIFFERS_DEG = 0.6
-_HEARD_S = 0.1  # longest age of the board's report
-_STOPS_S, _STOPPED_S = 1.2, 2.5  # after these times most chairs, all chairs have stopped
-# A command that moves any chair in its slowest profile: its deadband and its stiction are less.
-_DRIVE, _TURN = 600, 800
-_DEADBAND = 150
-_EXPECTED_M_S = 0.08
-
-
-@dataclass(frozen=True)
-class Outputs:
-    """What the board has put out, permille, without signs."""
-
-    drive: int
-    """The least in one direction over the time that the chair takes to start."""
-    turn: int
-    """The same for the turn output."""
-    idle_s: float
-    """Time since the last output; limited to the few seconds that are kept."""
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What doubts are judged by, at one time."""
-
-    time_s: float
-    heading_known: bool
-    points: int
-    information: FloatArray
-    """(2, 2), of the position by this piece alone, 1/m^2."""
-    matched: float
-    speed_m_s: float
-    speed_sigma_m_s: float
-    sideways_m_s: float
-    yaw_rate_deg_s: float
-    got_on_m_s: float
-    """Mean speed of the last moments, by positions alone."""
-    outputs: Outputs | None
-    """None: not known."""
-    full_m_s: float
-    """The slowest speed of a full command, as learned for this chair; 0 or less: not known."""
-    heading_off_deg: float
-    """Recent difference between the turn seen by the lidars and that of the heading sensor."""
-    late: bool
-    """This piece is older than the board's reports by more than the limit."""
-    silent: bool
-    """Another lidar has sent nothing usable for longer than that before this piece."""
-    turned: bool
-    """See mounting."""
 
 
 class Doubts:
@@ -103,16 +55,23 @@ class Doubts:
 
     def __init__(self) -> None:
         self._since_s: dict[str, float] = {}
-        self._least: tuple[float, ...] = (
-            math.inf,
-        ) * 3  # slowest since nothing is commanded: see _motion
+        self._motion_check = MotionCheck()
 
     def judge(self, seen: Seen) -> tuple[str, ...]:
         """The doubts that have lasted long enough."""
-        commanded = seen.outputs is None or seen.outputs.idle_s < _HEARD_S
-        before: tuple[float, ...] = (math.inf,) * 3 if commanded else self._least
-        self._least = tuple(map(min, before, _motion(seen)))
-        now = set(_now(seen, self._least))
+        now = set(_now(seen))
+        checked = self._motion_check.judge(
+            seen, placed=LITTLE not in now and CORRIDOR not in now, matched=CHANGED not in now
+        )
+        now.update(
+            key
+            for key, applies in (
+                (PUSHED, checked.pushed),
+                (STUCK, checked.stuck),
+                (BY_HEADING, checked.by_heading),
+            )
+            if applies
+        )
         self._since_s = {key: self._since_s.get(key, seen.time_s) for key in now}
         return tuple(
             key
@@ -123,26 +82,10 @@ class Doubts:
     def forget(self) -> None:
         """Odometry starts again: drop what has been counted."""
         self._since_s.clear()
+        self._motion_check.forget()
 
 
-def _motion(seen: Seen) -> tuple[float, float, float]:
-    """Speeds: m/s as filtered, m/s by positions alone, degrees/s."""
-    return abs(seen.speed_m_s), seen.got_on_m_s, abs(seen.yaw_rate_deg_s)
-
-
-def _pushed(seen: Seen, outputs: Outputs, least: tuple[float, ...]) -> bool:
-    """Whether it moves after it should rest; or earlier, speeds up without a command."""
-    if outputs.idle_s < _STOPS_S:
-        return False
-    if outputs.idle_s >= _STOPPED_S:
-        least = (0.0,) * 3
-    speed, got_on, yaw = _motion(seen)
-    turns = yaw > least[2] + _MOVES_DEG_S and abs(seen.heading_off_deg) <= _DIFFERS_DEG
-    faster = speed > least[0] + _MOVES_M_S + seen.speed_sigma_m_s
-    return faster or got_on > least[1] + _MOVED_M_S or turns
-
-
-def _now(seen: Seen, least: tuple[float, ...]) -> Iterable[str]:
+def _now(seen: Seen) -> Iterable[str]:
     if not seen.heading_known:
         yield HEADING
     if seen.turned:
@@ -155,7 +98,7 @@ def _now(seen: Seen, least: tuple[float, ...]) -> Iterable[str]:
     turns = abs(seen.yaw_rate_deg_s) > _MOVES_DEG_S
     if seen.matched < _LOST_MATCHED and speed < _MOVES_M_S and not turns:
         yield LOST  # a moving chair may enter new rooms
-    if abs(seen.heading_off_deg) > _DIFFERS_DEG:
+    if abs(seen.heading_off_deg) > DIFFERS_DEG:
         yield DIFFERS
     if seen.matched < _MATCHED:
         yield CHANGED
@@ -165,18 +108,6 @@ def _now(seen: Seen, least: tuple[float, ...]) -> Iterable[str]:
         yield SILENT
     if abs(seen.sideways_m_s) > _SIDEWAYS_M_S:
         yield CARRIED
-    if seen.outputs is None or seen.matched < _MATCHED:
-        return
-    if _pushed(seen, seen.outputs, least):
-        yield PUSHED
-    expected_m_s = seen.full_m_s * (seen.outputs.drive - _DEADBAND) / (1000 - _DEADBAND)
-    told = seen.outputs.drive >= _DRIVE or seen.outputs.turn >= _TURN
-    if (
-        (told or expected_m_s > _EXPECTED_M_S)
-        and min(speed, seen.got_on_m_s) < _STANDS_M_S
-        and not turns
-    ):
-        yield STUCK
 
 
 def is_corridor(information: FloatArray) -> bool:

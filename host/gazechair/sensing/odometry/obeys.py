@@ -7,7 +7,7 @@ from collections.abc import Callable
 from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.board.state import BoardState
-from gazechair.sensing.odometry.doubts import PUSHED, STUCK, UNSURE
+from gazechair.sensing.odometry.doubts import BY_HEADING, PUSHED, STUCK, UNSURE
 from gazechair.sensing.odometry.odometry import Estimate
 from gazelink import codes
 
@@ -37,7 +37,7 @@ class Obeys:
             self._armed_s = None
         elif self._armed_s is None:
             self._armed_s = now_s
-        sure = not UNSURE.intersection(estimate.doubts)
+        sure = BY_HEADING in estimate.doubts or not UNSURE.intersection(estimate.doubts)
         armed_s = 0.0 if self._armed_s is None else now_s - self._armed_s
         if sure and armed_s > _ARMED_S and PUSHED in estimate.doubts:
             self._bad_s = now_s

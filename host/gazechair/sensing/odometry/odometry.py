@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, Seen, is_corridor
+from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, is_corridor
 from gazechair.sensing.odometry.headings import Breaks, Heading, beyond, is_exact, rate_rad_s
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
@@ -34,6 +34,7 @@ from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.points import Piece, seen_points
 from gazechair.sensing.odometry.repeated import repeats
 from gazechair.sensing.odometry.reports import OLD_S, Reports
+from gazechair.sensing.odometry.seen import Seen
 from gazechair.sensing.odometry.speed_by_command import SpeedByCommand
 from gazechair.sensing.odometry.turned_piece import TurnedPiece
 
@@ -210,7 +211,10 @@ class Odometry:
             math.sqrt(self._covariance[FORWARD, FORWARD]),
             float(self._state[SIDEWAYS]),
             yaw,
-            self._got_on(at_s),
+            float(self._state[X]),
+            float(self._state[Y]),
+            math.degrees(sensor.rad),
+            *self._got_on(at_s),
             self._reports.outputs(at_s),
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
@@ -292,14 +296,17 @@ class Odometry:
         self._state[[FORWARD, SIDEWAYS]] = 0.0
         self._covariance = _first_covariance()
 
-    def _got_on(self, at_s: float) -> float:
-        """Mean speed of the last moments, m/s, by positions alone, not by the command."""
+    def _got_on(self, at_s: float) -> tuple[float, float]:
+        """Mean speed of the last moments, and that along the chair, m/s: by positions alone."""
         self._places.append((at_s, float(self._state[X]), float(self._state[Y])))
         while self._places[0][0] < at_s - _STANDS_S and len(self._places) > 2:
             self._places.popleft()
         begin_s, x, y = self._places[0]
         passed_s = max(at_s - begin_s, _STANDS_S)
-        return math.hypot(self._state[X] - x, self._state[Y] - y) / passed_s
+        moved = self._state[:2] - (x, y)
+        angle = self._heading_rad + self._state[OFFSET]
+        ahead_m = float(moved @ (math.cos(angle), math.sin(angle)))
+        return math.hypot(*moved) / passed_s, ahead_m / passed_s
 
     def _predict(
         self, at_s: float, heading: float, heading_known: bool

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import takewhile
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ import numpy as np
 
 from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.odometry.doubts import Outputs
+from gazechair.sensing.odometry.seen import Outputs
 from gazechair.sensing.odometry.speed_by_command import CHANGED_S, DEAD_S
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 OLD_S = 0.3  # a heading, and one report without another
 _KEPT_S = 3.0  # of motion
 _STARTS_S = 0.6  # time that the chair takes to start
+_ACTS = 50  # permille: with less, as of a heading that is kept, no chair moves that way
 _STOOD_S = 10.0  # for longer nobody vouches: it may have been pushed
 _TURNED_RAD = math.radians(1.0)  # who pushes it hardly pushes it so straight
 
@@ -87,10 +89,19 @@ class Reports:
             return None
         newest = [row for row in found if row[0] >= at_s - _STARTS_S] or [(at_s, 0, 0)]
         drive, turn = [row[1] for row in newest], [row[2] for row in newest]
+
+        def idle_s(acts: Callable[[int, int], bool], else_s: float) -> float:
+            return at_s - next((t for t, *put in reversed(found) if acts(*put)), else_s)
+
         return Outputs(
-            max(min(drive), -max(drive), 0),
-            max(min(turn), -max(turn), 0),
-            at_s - max((row[0] for row in found if row[1] or row[2]), default=found[0][0]),
+            _least(drive),
+            _least(turn),
+            max(abs(row[2]) for row in found),
+            idle_s(lambda drive, turn: bool(drive or turn), found[0][0]),
+            idle_s(lambda drive, _turn: drive > _ACTS, -math.inf),
+            idle_s(lambda drive, _turn: drive < -_ACTS, -math.inf),
+            idle_s(lambda _drive, turn: turn > _ACTS, -math.inf),
+            idle_s(lambda _drive, turn: turn < -_ACTS, -math.inf),
         )
 
     def command(self, at_s: float) -> tuple[float | None, bool]:
@@ -101,3 +112,8 @@ class Reports:
             return None, True
         outputs = [m.linear_permille or 0 for m in recent]
         return acts[-1] / 1000.0, max(outputs) - min(outputs) > 50
+
+
+def _least(outputs: list[int]) -> int:
+    """The least of them if all have the same sign, with it; else 0."""
+    return max(min(outputs), 0) + min(max(outputs), 0)
