@@ -66,6 +66,7 @@ def test_within_a_limit_nothing_else_changes() -> None:
         ({}, 250, False),  # below breakaway
         ({"turn_permille": 200}, 1000, False),
         ({"linear_permille": 50}, 1000, False),  # in the deadband
+        ({"profile": 0}, 1000, True),  # to the left only
     ],
 )
 def test_a_limit_too_low_to_turn_or_to_drive_is_known(
