@@ -66,6 +66,8 @@ class GoingChair:
         self.now_s = 0.0
         self.asked = self.stick = STOP
         self.refuses = False
+        self.jammed = False
+        """Its wheels do not turn, whatever is put out."""
         self.located = True
         self.wanders_m = 0.0
         """Amplitude by which its pose in the map oscillates."""
@@ -96,10 +98,9 @@ class GoingChair:
         self.asked = self.stick = self.mission.step(self.now_s, self.stick)
         if self.refuses:
             self.stick = STOP
+        moves = STOP if self.jammed else self.stick
         for _ in range(5):
-            self.chair.step(
-                0.01, (self.stick.linear_permille / 1000.0, self.stick.turn_permille / 1000.0)
-            )
+            self.chair.step(0.01, (moves.linear_permille / 1000.0, moves.turn_permille / 1000.0))
         clear = self.mission.costmap.clearance_m(*(np.array([one]) for one in self.pose))
         self.least_m = min(self.least_m, float(clear[0]))
         return self.stick

@@ -79,6 +79,22 @@ def ends(
         chair.run(100)
 
 
+def test_a_speed_cap_too_low_to_turn_is_said_until_it_is_raised(chair: GoingChair) -> None:
+    assert chair.host is not None
+    caretaker = Page(chair.host, "caretaker")
+    chair.watchers.append(lambda: caretaker.one_ms(chair.now_ms))
+    chair.run(100)
+    caretaker.say(k="cap", permille=200)
+    chair.run(100)
+    chair.page.choose(chair.tiles["Keuken"])
+    chair.until(lambda: chair.news is not None and chair.news["reason"] == "going_limit", 3000)
+    assert chair.news["state"] == "blocked"
+    chair.stays_still(3000)
+    assert chair.news["reason"] == "going_limit"
+    caretaker.say(k="cap", permille=1000)
+    chair.until(lambda: chair.news["state"] == "arrived", 40_000)
+
+
 def test_its_process_fails_its_pose_is_lost_and_nobody_looks(chair: GoingChair) -> None:
     assert chair.host is not None
     go(chair)

@@ -82,6 +82,13 @@ class ChairNumbers:
         share = min(1.0, rate / min(self.left_deg_s, self.right_deg_s))
         return min(self.turn_most, round(1000.0 * (self.deadband + share * (1.0 - self.deadband))))
 
+    def drives_within(self, most: int) -> bool:
+        """Whether outputs of `most` permille drive the chair, and turn it to one side at least."""
+        _, turn = self.within(0, self.spot_permille, most)
+        faster = max(self.left_deg_s, self.right_deg_s) / min(self.left_deg_s, self.right_deg_s)
+        linear = min(self.linear_most, most) / 1000.0
+        return linear > self.deadband and faster * self.turned_deg_s(turn) > self.breakaway_deg_s
+
     def linear_permille(self, speed_m_s: float) -> int:
         """Output for a speed, forward positive; 0 below 0.01 m/s."""
         full = self.forward_m_s if speed_m_s > 0.0 else self.backward_m_s

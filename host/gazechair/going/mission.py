@@ -32,6 +32,7 @@ IDLE, PLANNING, DRIVING, WAITING, BLOCKED = "idle", "planning", "driving", "wait
 ARRIVED, LOST = "arrived", "lost"
 # Reasons, keys of the string tables; the planner's are others.
 PERSON, OBSTACLE, POSE_LOST = "going_person", "going_obstacle", "going_pose_lost"
+STANDS, LIMIT = "going_stands", "going_limit"
 
 POSE_OLD_S = 0.4
 _CHECK_S = 0.3
@@ -75,10 +76,13 @@ class Mission:
     goal: Pose | tuple[float, float] | None = None
     way: Way | None = None
     plans: int = 0
+    cap_permille: int = 1000
+    """The speed cap: the highest output of each axis."""
     _located: Located | None = None
     _stuck: Stuck = field(default_factory=Stuck)
     _overruled: Overruled = field(default_factory=Overruled)
-    _rolled: Rolled = field(default_factory=Rolled)
+    rolled: Rolled = field(default_factory=Rolled)
+    """Tells whether it has moved, unlike the pose in the map."""
     _checked_s: float = -math.inf
     _hit_since_s: float | None = None
     _shut_since_s: float | None = None
@@ -144,7 +148,7 @@ class Mission:
         if before is None or located is None:
             return
         dt = located.time_s - before.time_s
-        self._rolled.on(located.speed_m_s, located.rate_deg_s, dt)
+        self.rolled.on(located.speed_m_s, located.rate_deg_s, dt)
         if self.state != DRIVING:
             return
         jumped_m = math.dist(located.pose[:2], before.pose[:2]) - abs(before.speed_m_s) * dt
@@ -181,6 +185,9 @@ class Mission:
             return STOP
         if self.state == LOST:
             self._ask_plan()
+        if not self.numbers.drives_within(self.cap_permille):
+            self._give_up(LIMIT, now_s)
+            return STOP
         pose = at.pose_at(now_s)
         waited = self._pending is None and now_s - self._gave_up_s > _RETRY_S
         if self.state == BLOCKED and waited:
@@ -346,15 +353,18 @@ class Mission:
         """The stick where the board gives no output, or the chair makes no progress."""
         turns = self._follower.turns_on_spot
         waits = self._free_m < 0.3
-        if self._stuck.elsewhere(self._rolled.pose):
+        if self._stuck.elsewhere(self.rolled.pose):
             if self.state == WAITING and self._shut_since_s is None:
                 self.state, self.reason = DRIVING, ""
-            self._stuck = Stuck(self._rolled.pose, turns)
+            self._stuck = Stuck(self.rolled.pose, turns)
         self._stuck.count(self._asked != STOP or waits, put_out, now_s)
         if stick == STOP and not waits:
+            if self._stuck.idles():
+                again, self._stuck.looked = self._stuck.looked, True
+                self._give_up(STANDS, now_s) if again else self._ask_plan()
             return stick
         if turns != self._stuck.turns:
-            self._stuck = Stuck(self._rolled.pose, turns)
+            self._stuck = Stuck(self.rolled.pose, turns)
         stuck = self._stuck
         for_s = stuck.for_s(now_s)
         ask = stick if self._overruled.asks(for_s, now_s) else STOP
@@ -366,16 +376,16 @@ class Mission:
             return STOP
         if for_s > 1.0:
             self.state = WAITING
-            self.reason = self._in_the_way(at.pose)
+            self.reason = STANDS if stuck.let_out else self._in_the_way(at.pose)
         if for_s > (_NO_TURN_S if turns else _OTHER_WAY_S) and not stuck.looked:
             stuck.looked = True
             self._refuse(at.pose, turns, shut=turns)
         elif for_s > (_PATIENCE_S if not turns and self._may_be_person(at.pose) else _GO_ROUND_S):
             if self._refused.shut_before(at.pose, turns):
-                self._give_up(NO_WAY, now_s)
+                self._give_up(STANDS if stuck.let_out else NO_WAY, now_s)
                 return STOP
             self._refuse(at.pose, turns, shut=True)
-            self._stuck = Stuck(self._rolled.pose, turns, looked=True)
+            self._stuck = Stuck(self.rolled.pose, turns, looked=True)
         return ask
 
     def _refuse(self, pose: Pose, turns: bool, shut: bool) -> None:

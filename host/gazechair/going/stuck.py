@@ -14,6 +14,7 @@ from gazechair.going.smooth import Pose
 _MOVED_M, _MOVED_RAD = 0.04, math.radians(2.0)
 _IN_VAIN_S = 0.6
 _SILENT_S = 1.2  # no output since the first request: short requests are in vain, too
+_IDLE_S = 8.0  # longer than the pauses of a turn by pulses
 _LET_OUT_S = 3.0  # output for this long that does not move the chair is in vain
 _ASKS_S, _OF_S = 0.1, 1.0
 _SELDOM_S = 6.0  # overruled for longer: request less often
@@ -49,6 +50,9 @@ class Stuck:
         """Another path was searched for."""
         self.turns = turns
         """It requests a turn on the spot."""
+        self.let_out = False
+        """Output for long has not moved the chair."""
+        self._idle_s = 0.0
         self._since_s: float | None = None
         self._vain_s = self._let_s = 0.0
         self._silent_since_s: float | None = None
@@ -67,10 +71,19 @@ class Stuck:
         if put_out == STOP and self._silent_since_s is None:
             self._silent_since_s = now_s
         self._let_s = 0.0 if put_out == STOP else self._let_s + PERIOD_S
+        self.let_out = self.let_out or self._let_s > _LET_OUT_S
         if put_out == STOP or self._let_s > _LET_OUT_S:
             self._vain_s += PERIOD_S
             if self._since_s is None:
                 self._since_s = now_s
+
+    def idles(self) -> bool:
+        """Count a period in which a path requests nothing; True once in many."""
+        self._idle_s += PERIOD_S
+        idles = self._idle_s > _IDLE_S
+        if idles:
+            self._idle_s = 0.0
+        return idles
 
     def for_s(self, now_s: float) -> float:
         """Seconds since the first request in vain; 0: it moves, or has hardly requested."""

@@ -75,6 +75,8 @@ class Sensed:
     """The newest pose in a map; None: no newer one."""
     picture: Shot | None = None
     """The camera's newest; None: no newer one."""
+    cap_permille: int = 1000
+    """The speed cap now: the highest output of each axis."""
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Messages between a producer's process and the daemon: small JSON, checked on arrival.
 
-Down, a word: {"at_s", "press", "target", "settings", "may_reverse"}, press 0 when nobody presses
-its mode; also "ask", the spot chosen in the picture: {"number", "at", "settings",
-"may_reverse", "at_s"}. Up, a record: a plug-in's value, with additional data for the pages;
-"ask": the ask that it belongs to, 0 for the press.
+Down, a word: {"at_s", "press", "target", "settings", "may_reverse", "cap_permille"}, press 0 when
+nobody presses its mode, the speed cap as it is now; also "ask", the spot chosen in the picture:
+{"number", "at", "settings", "may_reverse", "at_s"}. Up, a record: a plug-in's value, with more data
+for the pages; "ask": the ask that it belongs to, 0 for the press.
 """
 
 from __future__ import annotations

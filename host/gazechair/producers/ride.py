@@ -18,6 +18,7 @@ from gazechair.going.mission import (
 )
 from gazechair.going.plan import Pose
 from gazechair.going.rolled import Located
+from gazechair.going.stuck import apart
 from gazechair.producers.contract import Said, Sensed
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.odometry import Estimate, Motion
@@ -39,11 +40,13 @@ class Ride:
         """True if the newest estimate comes with a view of the surroundings."""
         self._looked_s = -math.inf
         self._put_out = STOP
-        self._blocked_s: float | None = None
+        self._cap_permille = 1000
+        self._blocked: tuple[float, Pose] | None = None
+        """When it was first blocked since it last moved, and where, by Mission.rolled."""
 
     def begin(self) -> None:
         """Begin another mission."""
-        self._blocked_s = None
+        self._blocked = None
 
     def submit(self, work: Callable[[], Planned]) -> Future[Planned]:
         """Plan; replaces a queued plan, which belongs to an older mission."""
@@ -59,12 +62,14 @@ class Ride:
         self.seen = False
         for estimate in sensed.estimates:
             self.seen = self.looks.estimate(estimate) or self.seen
+        self._cap_permille = sensed.cap_permille
         if sensed.motions:
             self._put_out = _stick(sensed.motions[-1])
 
     def step(self, mission: Mission, goal: Pose, at: Pose, newest: Estimate, now_s: float) -> Said:
         """`at`: the pose of `newest` in the mission's frame."""
         mission.locate(Located(at, newest.speed_m_s, newest.yaw_rate_deg_s, newest.time_s))
+        mission.cap_permille = self._cap_permille
         if mission.goal != goal:
             mission.go(goal)
         self._look(mission, at, newest.time_s)
@@ -75,12 +80,12 @@ class Ride:
             return Said(None, "arrived")
         if mission.state == LOST:
             return Said(None, "ended", POSE_LOST)
-        if mission.state != BLOCKED:
-            self._blocked_s = None
-        elif self._blocked_s is None:
-            self._blocked_s = now_s
-        elif now_s - self._blocked_s > _BLOCKED_S:
-            return Said(None, "ended", mission.reason)
+        if self._blocked is not None and apart(self._blocked[1], mission.rolled.pose):
+            self._blocked = None
+        if mission.state == BLOCKED:
+            self._blocked = self._blocked or (now_s, mission.rolled.pose)
+            if now_s - self._blocked[0] > _BLOCKED_S:
+                return Said(None, "ended", mission.reason)
         state = _STATES.get(mission.state, "waits")
         shown = {} if mission.way_to_goal is None else {"left_m": round(mission.left_m, 1)}
         return Said((stick.linear_permille, stick.turn_permille), state, mission.reason, shown)

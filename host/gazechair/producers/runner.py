@@ -71,6 +71,7 @@ class Runner:
         self._shown = _IDLE
         self._heard: deque[tuple[float, Piece | Estimate | Motion]] = deque()
         self._where: Whereabouts | None = None
+        self._cap_permille = 1000
         self._word_s = self._said_s = float("-inf")
 
     def word(self, word: Mapping[str, Any]) -> None:
@@ -84,6 +85,8 @@ class Runner:
         elif self._press is None or self._press.number != number:
             more = word["target"], word["settings"], word["may_reverse"]
             self._press = Press(number, *more, self._word_s)
+        if number:
+            self._cap_permille = int(word["cap_permille"])
 
     def heard(self, said: HalfTurn | Motion | Estimate | Whereabouts | None, now_s: float) -> None:
         """Process data from the inbox."""
@@ -130,7 +133,7 @@ class Runner:
             self._say(now_s, 0, self._answer if over else _IDLE, self._answered if over else 0)
 
     def _sensed(self) -> Sensed:
-        sensed = Sensed(where=self._where, picture=self._picture())
+        sensed = Sensed([], [], [], self._where, self._picture(), self._cap_permille)
         self._where = None
         for _, one in self._heard:
             if isinstance(one, Piece):

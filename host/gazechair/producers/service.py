@@ -277,6 +277,7 @@ class ProducerService(InboxService):
                 "target": dict(self._ride.target.more),
                 "settings": dict(self._ride.settings),
                 "may_reverse": context.view["backward"] != "unseen",
+                "cap_permille": context.cap_permille,
             }
         self._say(json.dumps(word).encode())
 

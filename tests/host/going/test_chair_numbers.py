@@ -56,3 +56,21 @@ def test_within_a_limit_nothing_else_changes() -> None:
     wide = replace(chair, deadband=0.2)
     assert wide.within(500, 300, 150) == (150, 150)  # as the board does: neither moves
     assert wide.within(190, 0, 150) == (150, 0)
+
+
+@pytest.mark.parametrize(
+    ("settings", "cap_permille", "drives"),
+    [
+        ({}, 1000, True),
+        ({}, 300, True),
+        ({}, 250, False),  # below breakaway
+        ({"turn_permille": 200}, 1000, False),
+        ({"linear_permille": 50}, 1000, False),  # in the deadband
+        ({"profile": 0}, 1000, True),  # to the left only
+    ],
+)
+def test_a_limit_too_low_to_turn_or_to_drive_is_known(
+    settings: dict[str, int], cap_permille: int, drives: bool
+) -> None:
+    known = {name: default for name, default, _, _ in TABLE} | {"profile": 2} | settings
+    assert ChairNumbers.of(known).drives_within(cap_permille) is drives

@@ -1,4 +1,4 @@
-"""A chair that the board stops requests motion for moments only, never for ten seconds."""
+"""A chair that stands says why; what the board stops is requested for moments only."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import pytest
 
 from gazeboard.core.limits import AUTO_OVERRULED_MS
 from gazechair.going.follow import PERIOD_S, STOP, Stick
-from gazechair.going.mission import ARRIVED
+from gazechair.going.mission import ARRIVED, BLOCKED, LIMIT, STANDS
 from gazechair.going.stuck import Overruled, Stuck
 from goingrig import TWO_ROOMS, GoingChair, floor
 
 GO = Stick(500, 0)
+START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
 
 
 def asked_in_vain_s(chair: GoingChair, seconds: float) -> float:
@@ -85,3 +86,38 @@ def test_short_pulses_of_which_none_is_let_out_are_in_vain_soon(
         if found is None and stuck.for_s(PERIOD_S * n):
             found = PERIOD_S * n
     assert (found is None) if stuck_s is None else (found is not None and found < stuck_s)
+
+
+@pytest.mark.parametrize("how", ["jammed", "no request"])
+def test_a_chair_that_stands_though_nothing_is_in_the_way_says_so(
+    how: str,
+) -> None:
+    chair = GoingChair(floor(TWO_ROOMS), START)
+    chair.mission.go(GOAL)
+    chair.run(4.0)
+    if how == "jammed":
+        chair.jammed = True
+    else:
+        chair.mission._follower.step = lambda *_: STOP  # type: ignore[method-assign]
+    said = set()
+    while chair.mission.state != BLOCKED:
+        chair.step()
+        said.add((chair.mission.state, chair.mission.reason))
+        assert chair.now_s < 30.0
+    assert {reason for _, reason in said} == {"", STANDS}
+    assert chair.mission.reason == STANDS
+
+
+def test_a_speed_limit_too_low_to_turn_is_said_at_once_and_nothing_is_planned() -> None:
+    chair = GoingChair(floor(TWO_ROOMS), START)
+    chair.mission.cap_permille = 250
+    chair.mission.go(GOAL)
+    chair.run(20.0)
+    assert (chair.mission.state, chair.mission.reason, chair.mission.plans) == (BLOCKED, LIMIT, 0)
+    chair.mission.cap_permille = 300
+    assert chair.run(90.0) == ARRIVED
+    chair.mission.go(START)
+    chair.run(3.0)
+    chair.mission.cap_permille = 250
+    chair.run(1.0)
+    assert (chair.mission.state, chair.mission.reason) == (BLOCKED, LIMIT)
