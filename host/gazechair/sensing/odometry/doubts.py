@@ -43,7 +43,7 @@ _LASTS_S = {
     LOST: 2.0,
 }
 
-_FEW = 60  # points
+FEW = 60  # points
 _LEAST_SHARE, _LEAST_INFORMATION = 0.02, 2500.0  # of the direction known best; 1/m^2
 _MATCHED, _LOST_MATCHED = 0.5, 0.35
 _MOVES_M_S, _MOVES_DEG_S = 0.06, 6.0
@@ -90,7 +90,7 @@ def _now(seen: Seen) -> Iterable[str]:
         yield HEADING
     if seen.turned:
         yield TURNED
-    if seen.points < _FEW:
+    if seen.points < FEW:
         yield LITTLE
     elif is_corridor(seen.information):
         yield CORRIDOR

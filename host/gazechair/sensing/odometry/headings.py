@@ -7,11 +7,14 @@ beams in a turn would be off by some tenths of a degree.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.odometry.reports import OLD_S, Reports
 
 _SLOPE_S = 0.08
 _FEWEST = 3
@@ -19,6 +22,8 @@ _LEAST_SPREAD_S2 = 1e-5  # two headings 5 ms apart
 _BEYOND_S = 0.1  # how long it is assumed to continue its turn
 _APART_S = 0.12  # headings further apart do not tell the turn between them
 _NEAR_S = 0.05  # a turn that just begins is off by a sixth of a degree after it
+_ERROR_S, _FOLLOWED_S = 0.3, 1.0
+_STEP_RAD = math.radians(2.0)  # a larger step is not remembered longer
 _STEADY_S = 0.25  # after a break headings are interpolated across it at first
 
 
@@ -45,6 +50,56 @@ class Breaks:
         if is_back or not known:
             self._since_s = at_s if known else None
         return is_back, self._since_s is not None and at_s - self._since_s >= _STEADY_S
+
+
+class HeadingCheck:
+    """Recent difference between the lidars' heading and the sensor's."""
+
+    def __init__(self) -> None:
+        self._error_rad = self._followed_rad = self._step_rad = 0.0
+
+    def judge(self, seen_rad: float, followed_rad: float, dt_s: float) -> None:
+        """`seen_rad`: by the newest piece; `followed_rad`: by which the lidars have moved it."""
+        self._error_rad += (seen_rad - self._error_rad) * (1.0 - math.exp(-dt_s / _ERROR_S))
+        self._followed_rad *= math.exp(-dt_s / _FOLLOWED_S)
+        self._followed_rad += followed_rad
+        self._step_rad *= math.exp(-dt_s / _FOLLOWED_S)
+
+    def stepped(self, steps_deg: Iterable[float]) -> None:
+        """The lidars have not seen steps of the sensor."""
+        self._step_rad = min(sum(abs(math.radians(deg)) for deg in steps_deg), _STEP_RAD)
+
+    def forget(self, dt_s: float) -> None:
+        """The lidars cannot be judged by the sensor."""
+        self._error_rad = self._followed_rad = 0.0
+        self._step_rad *= math.exp(-dt_s / _FOLLOWED_S)
+
+    @property
+    def lidars_deg(self) -> float:
+        """A difference for which a lidar may be to blame."""
+        return math.degrees(self._error_rad + self._followed_rad)
+
+    @property
+    def off_deg(self) -> float:
+        """The whole difference."""
+        off = self._error_rad + self._followed_rad
+        return math.degrees(off + math.copysign(self._step_rad, off))
+
+
+def heading_at(piece: Piece, reports: Reports, before_rad: float, stepped: bool = False) -> Heading:
+    """What the board's sensor says of the time of the piece; without a report: `before_rad`.
+
+    `stepped`: see Reports.headings.
+    """
+    at_s = piece.middle_s
+    times, headings = reports.headings(stepped)
+    rad, turned = before_rad, np.zeros(len(piece.times_s))
+    if len(times):
+        onward = beyond(times, headings)
+        rad = float(np.interp(at_s, *onward))
+        turned = np.interp(piece.times_s, *onward) - rad
+    known, exact = len(times) > 0 and at_s - times[-1] < OLD_S, is_exact(at_s, times)
+    return Heading(rad, turned, known, exact, math.degrees(rate_rad_s(at_s, times, headings)))
 
 
 def is_exact(at_s: float, times_s: FloatArray) -> bool:

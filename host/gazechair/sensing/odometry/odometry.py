@@ -9,14 +9,13 @@ clock, no process.
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, is_corridor
-from gazechair.sensing.odometry.headings import Breaks, Heading, beyond, is_exact, rate_rad_s
+from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts, is_corridor
+from gazechair.sensing.odometry.headings import Breaks, Heading, HeadingCheck, heading_at
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
     ERROR,
@@ -32,24 +31,24 @@ from gazechair.sensing.odometry.match import (
 )
 from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.points import Piece, seen_points
+from gazechair.sensing.odometry.prediction import predict
+from gazechair.sensing.odometry.progress import Progress
 from gazechair.sensing.odometry.repeated import repeats
-from gazechair.sensing.odometry.reports import OLD_S, Reports
+from gazechair.sensing.odometry.reports import Reports
 from gazechair.sensing.odometry.seen import Seen
 from gazechair.sensing.odometry.speed_by_command import SpeedByCommand
 from gazechair.sensing.odometry.turned_piece import TurnedPiece
 
-_HEADING_ERROR_RAD = math.radians(0.1)
-_DRIFT_RAD_S = math.radians(0.02)
-_SCALE = 0.006  # of a turn
 _UNKNOWN_RAD_S = math.radians(60.0)  # how fast it may turn without a heading
 _DIFFERS_RAD_S = math.radians(20.0)
-_ERROR_S, _FOLLOWED_S, _MATCHED = 0.3, 1.0, 0.5
+_MATCHED = 0.5
+# A step of the sensor: how long the lidars may take to judge it, by a piece that begins not much
+# before it, with the heading as free; and the share of points that more must match with it.
+_STEP_S, _STEP_NEAR_S, _STEP_FREE_RAD, _STEP_MATCHED = 0.3, 0.01, math.radians(5.0), 0.1
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
-_SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # sideways slip of a chair, and its duration
 _SILENT_S = 0.2  # of a lidar, or age of its scans
 _GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
 _STOOD_M_S = 0.03
-_STANDS_S = 0.3  # the motion within this time shows whether it stands
 _DRIFT_M2_PER_M = 0.006**2
 
 _KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
@@ -127,8 +126,8 @@ class Odometry:
         self._speed_by_command = SpeedByCommand()
         self._mounting = Mounting()
         self._turned_piece = TurnedPiece()
-        self._places: deque[tuple[float, float, float]] = deque()
-        self._error_rad = self._followed_rad = 0.0  # recent error of the heading
+        self._progress = Progress()
+        self._heading_check = HeadingCheck()
         self._differs = False  # the heading counts less then
         self._heard_s: dict[int, float] = {}  # by lidar
         self._time_s: float | None = None
@@ -175,16 +174,39 @@ class Odometry:
         return estimate
 
     def _heading_at(self, piece: Piece) -> Heading:
-        """What the board's sensor says of the time of the piece; without a report: as before."""
-        at_s = piece.middle_s
-        times, headings = self._reports.headings()
-        rad, turned = self._heading_rad, np.zeros(len(piece.times_s))
-        if len(times):
-            onward = beyond(times, headings)
-            rad = float(np.interp(at_s, *onward))
-            turned = np.interp(piece.times_s, *onward) - rad
-        known, exact = len(times) > 0 and at_s - times[-1] < OLD_S, is_exact(at_s, times)
-        return Heading(rad, turned, known, exact, math.degrees(rate_rad_s(at_s, times, headings)))
+        """What the board's sensor says of the time of the piece; its own steps are taken out."""
+        steps = self._reports.steps
+        if self._time_s is None or (steps and piece.middle_s > steps[-1][0] + _STEP_S):
+            self._reports.keep_steps()
+        elif steps and piece.times_s[0] > steps[-1][0] - _STEP_NEAR_S:
+            self._judge_steps(piece)
+        return heading_at(piece, self._reports, self._heading_rad)
+
+    def _judge_steps(self, piece: Piece) -> None:
+        """Decide by the lidars whether the chair has turned with the sensor, if they see enough."""
+        steps_deg = [deg for _, deg in self._reports.steps]
+        step_rad = math.radians(sum(steps_deg))
+        matched, turned_rad = [], []
+        for stepped in (False, True):
+            sensor = heading_at(piece, self._reports, self._heading_rad, stepped)
+            if not stepped:
+                before_rad = sensor.rad + self._state[OFFSET]
+            state, covariance = self._predict(piece.middle_s, sensor.rad, sensor.known)
+            covariance[OFFSET, OFFSET] += min(step_rad**2, _STEP_FREE_RAD**2)
+            points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
+            if len(points) < FEW:
+                return
+            found = fit(self._coarse, self._map, points, normals, state, covariance, sensor.rad)
+            matched.append(found.matched)
+            turned_rad.append(sensor.rad + found.state[OFFSET] + found.state[ERROR] - before_rad)
+        if max(matched) < _MATCHED:
+            return
+        turned = turned_rad[matched[1] > matched[0] + _STEP_MATCHED]
+        if abs(turned - step_rad) < abs(turned):
+            self._reports.keep_steps()
+            return
+        self._reports.take_out_steps()
+        self._heading_check.stepped(steps_deg)
 
     def _fit(self, piece: Piece, sensor: Heading, steady: bool) -> _Fitted:
         """Predict the motion until the piece, and correct it by the surfaces seen before."""
@@ -201,6 +223,7 @@ class Odometry:
     def _seen(self, piece: Piece, sensor: Heading, fitted: _Fitted, judges: bool) -> Seen:
         """What the doubts are judged by, after the state has taken the piece in."""
         at_s, yaw, found = piece.middle_s, sensor.yaw_deg_s, fitted.fit
+        x, y = float(self._state[X]), float(self._state[Y])
         return Seen(
             at_s,
             sensor.known,
@@ -211,13 +234,13 @@ class Odometry:
             math.sqrt(self._covariance[FORWARD, FORWARD]),
             float(self._state[SIDEWAYS]),
             yaw,
-            float(self._state[X]),
-            float(self._state[Y]),
+            x,
+            y,
             math.degrees(sensor.rad),
-            *self._got_on(at_s),
+            *self._progress.take(at_s, x, y, sensor.rad + float(self._state[OFFSET])),
             self._reports.outputs(at_s),
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
-            math.degrees(self._error_rad + self._followed_rad),
+            self._heading_check.off_deg,
             self._reports.newest_s(at_s) - at_s > _SILENT_S,
             at_s - min(self._heard_s.values()) > _SILENT_S,
             self._is_turned(piece.lidar, found, yaw, judges, fitted.old_or_turned),
@@ -229,7 +252,6 @@ class Odometry:
         assert self._time_s is not None
         state = found.state
         angle = float(self._heading_rad + state[OFFSET] + state[ERROR])
-        off_deg = math.degrees(self._error_rad + self._followed_rad)
         stand = Stand(
             self._time_s,
             lidar,
@@ -238,7 +260,7 @@ class Odometry:
             angle,
             yaw,
             float(state[ERROR]),
-            off_deg,
+            self._heading_check.lidars_deg,
             found.matched,
             known,
             old_or_turned,
@@ -257,12 +279,11 @@ class Odometry:
     def _cross_check(self, found: Fit, dt_s: float, judges: bool) -> None:
         """Update the recent difference between the lidars' heading and the sensor's."""
         if not judges:
-            self._error_rad = self._followed_rad = 0.0
+            self._heading_check.forget(dt_s)
             return
         seen_rad = float(found.state[ERROR]) if found.matched > _MATCHED else 0.0
-        self._error_rad += (seen_rad - self._error_rad) * (1.0 - math.exp(-dt_s / _ERROR_S))
-        self._followed_rad *= math.exp(-dt_s / _FOLLOWED_S)
-        self._followed_rad += float(found.state[OFFSET] - self._state[OFFSET])
+        followed_rad = float(found.state[OFFSET] - self._state[OFFSET])
+        self._heading_check.judge(seen_rad, followed_rad, dt_s)
 
     def _grow(self, found: Fit) -> None:
         """Grow the drift of the remembered surfaces, with the distance and where undetermined."""
@@ -296,70 +317,37 @@ class Odometry:
         self._state[[FORWARD, SIDEWAYS]] = 0.0
         self._covariance = _first_covariance()
 
-    def _got_on(self, at_s: float) -> tuple[float, float]:
-        """Mean speed of the last moments, and that along the chair, m/s: by positions alone."""
-        self._places.append((at_s, float(self._state[X]), float(self._state[Y])))
-        while self._places[0][0] < at_s - _STANDS_S and len(self._places) > 2:
-            self._places.popleft()
-        begin_s, x, y = self._places[0]
-        passed_s = max(at_s - begin_s, _STANDS_S)
-        moved = self._state[:2] - (x, y)
-        angle = self._heading_rad + self._state[OFFSET]
-        ahead_m = float(moved @ (math.cos(angle), math.sin(angle)))
-        return math.hypot(*moved) / passed_s, ahead_m / passed_s
-
     def _predict(
         self, at_s: float, heading: float, heading_known: bool
     ) -> tuple[FloatArray, FloatArray]:
         assert self._time_s is not None
-        dt = at_s - self._time_s
-        turn = heading - self._heading_rad
-        before = self._state
-        angle = self._heading_rad + 0.5 * turn + before[OFFSET]
-        c, s = math.cos(angle), math.sin(angle)
-        forward, sideways = before[FORWARD], before[SIDEWAYS]
-        fades = math.exp(-dt / _SIDEWAYS_S)
-        state = before.copy()
-        state[X] += (c * forward - s * sideways) * dt
-        state[Y] += (s * forward + c * sideways) * dt
-        state[SIDEWAYS] *= fades
+        dt_s = at_s - self._time_s
         command, changing = self._reports.command(at_s)
         speed = self._speed_by_command.predict(
-            float(forward),
-            float(before[FULL]),
+            float(self._state[FORWARD]),
+            float(self._state[FULL]),
             math.sqrt(self._covariance[FULL, FULL]),
             command,
             changing,
-            dt,
+            dt_s,
         )
-        state[FORWARD] += speed.speed_m_s
-        state[ERROR] = 0.0
-        change = np.eye(STATES)
-        change[X, FORWARD], change[X, SIDEWAYS] = c * dt, -s * dt
-        change[Y, FORWARD], change[Y, SIDEWAYS] = s * dt, c * dt
-        change[X, OFFSET], change[Y, OFFSET] = -(s * forward) * dt, (c * forward) * dt
-        change[SIDEWAYS, SIDEWAYS] = fades
-        change[FORWARD, FORWARD], change[FORWARD, FULL] = speed.by_speed, speed.by_full
-        change[ERROR, ERROR] = 0.0
-        covariance = change @ self._covariance @ change.T
-        slip = _SIDEWAYS_M_S**2 * (1.0 - fades**2)
-        gain = np.zeros((STATES, 2))
-        gain[X], gain[Y] = (0.5 * c * dt, -0.5 * s * dt), (0.5 * s * dt, 0.5 * c * dt)
-        gain[FORWARD, 0] = gain[SIDEWAYS, 1] = 1.0
-        covariance += gain @ np.diag((speed.q * dt, slip)) @ gain.T
-        covariance[OFFSET, OFFSET] += (_DRIFT_RAD_S * dt) ** 2 + (_SCALE * turn) ** 2
+        state, covariance = predict(
+            self._state,
+            self._covariance,
+            self._heading_rad,
+            heading - self._heading_rad,
+            speed,
+            dt_s,
+        )
         if self._differs:
-            covariance[OFFSET, OFFSET] += (_DIFFERS_RAD_S * dt) ** 2
+            covariance[OFFSET, OFFSET] += (_DIFFERS_RAD_S * dt_s) ** 2
         if not heading_known:
-            covariance[OFFSET, OFFSET] += (_UNKNOWN_RAD_S * dt) ** 2
-        covariance[FULL, FULL] += 1e-5 * dt
-        covariance[ERROR, ERROR] = _HEADING_ERROR_RAD**2
-        covariance[X, X] += 1e-8
-        covariance[Y, Y] += 1e-8
-        covariance[OFFSET, OFFSET] += 1e-10
+            covariance[OFFSET, OFFSET] += (_UNKNOWN_RAD_S * dt_s) ** 2
         return state, covariance
 
     def _remember(self, points: FloatArray, normals: FloatArray, at_s: float, found: Fit) -> None:
+        if self._reports.steps:  # its heading may be wrong
+            return
         x, y = float(self._state[X]), float(self._state[Y])
         angle = self._heading_rad + self._state[OFFSET] + self._state[ERROR]
         if self._inserted is not None:

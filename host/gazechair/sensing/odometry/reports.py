@@ -13,6 +13,7 @@ import numpy as np
 
 from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.heading_steps import HeadingSteps
 from gazechair.sensing.odometry.seen import Outputs
 from gazechair.sensing.odometry.speed_by_command import CHANGED_S, DEAD_S
 
@@ -33,14 +34,19 @@ class Reports:
     def __init__(self) -> None:
         self._motions: deque[Motion] = deque()
         self._turned_deg = 0.0
+        self._steps = HeadingSteps()
+        self._taken_out_deg = 0.0  # steps of the sensor
         self._ran_s = -math.inf  # newest output, or end of a time without reports
 
     def motion(self, motion: Motion) -> None:
         """Take in the board's report."""
-        if motion.heading_deg is not None:  # full turns are counted
+        if motion.heading_deg is None:
+            self._steps.lost()
+        else:  # full turns are counted
             off = motion.heading_deg - self._turned_deg
             self._turned_deg += half_turn_deg(off)
-            motion = replace(motion, heading_deg=self._turned_deg)
+            self._steps.take(motion.time_s, self._turned_deg)
+            motion = replace(motion, heading_deg=self._turned_deg - self._taken_out_deg)
         rests = motion.linear_permille == 0 and motion.turn_permille == 0
         rests = rests and motion.heading_deg is not None  # else nobody knows if it is turned
         if not rests or motion.time_s - self.newest_s(-math.inf) > OLD_S:
@@ -53,16 +59,38 @@ class Reports:
         """The newest time known, at least `at_s`: scans may come late."""
         return max(at_s, self._motions[-1].time_s) if self._motions else at_s
 
-    def headings(self) -> tuple[FloatArray, FloatArray]:
+    @property
+    def steps(self) -> list[tuple[float, float]]:
+        """Steps of the sensor that nobody has judged yet: times, degrees."""
+        return self._steps.open
+
+    def keep_steps(self) -> None:
+        """The chair has turned with the sensor."""
+        self._steps.open.clear()
+
+    def take_out_steps(self) -> None:
+        """The chair has not turned: its headings go on as before the steps."""
+        for step_s, deg in self._steps.open:
+            self._taken_out_deg += deg
+            for number, one in enumerate(self._motions):
+                if one.time_s >= step_s and one.heading_deg is not None:
+                    self._motions[number] = replace(one, heading_deg=one.heading_deg - deg)
+        self._steps.open.clear()
+
+    def headings(self, stepped: bool = False) -> tuple[FloatArray, FloatArray]:
         """Times, and the headings then in radians, full turns counted.
 
         Only those since the newest report without one: the sensor may have begun at another zero.
+        `stepped`: with the steps that nobody has judged yet.
         """
         known = [
             (m.time_s, m.heading_deg)
             for m in takewhile(lambda m: m.heading_deg is not None, reversed(self._motions))
         ]
         rows = np.array(known[::-1], dtype=np.float64).reshape(-1, 2)
+        if not stepped:
+            for step_s, deg in self._steps.open:
+                rows[rows[:, 0] >= step_s, 1] -= deg
         return rows[:, 0], np.radians(rows[:, 1])
 
     def stood(self, since_s: float, at_s: float, turned_rad: float) -> bool:
