@@ -21,6 +21,9 @@ MOVED_S = 2.0  # a chair that moved for this long is not stuck
 GAVE_UP_S = 30.0  # after this long without an attempt, the driver does not want to move
 EVENT_S = 600.0  # what is raised at once may be over at once: it stays, to be delivered and read
 STARTING_S = 60.0  # so long after a restart, a part that is starting may still be what it was
+# What keeps failing, and works for a moment in between, lasts: a second of working takes only this
+# many seconds of failing off.
+_FORGETS = 10.0
 _ENDED_BY_OTHERS = {HELP_WANTED, OVERRULED, TRIED}
 
 
@@ -77,6 +80,7 @@ class Watch:
         self._restored: set[str] = set()
         self._events: set[str] = set()  # open when this host began, and not there then
         self._first_s: float | None = None
+        self._looked_s = 0.0
         self._since_s: dict[str, float] = {}
         self._lost_since_s: dict[str, float] = {}
         self._named_s: dict[str, float] = {}  # when a part that the alert names was last lost
@@ -101,7 +105,7 @@ class Watch:
             yield Change(HELP_WANTED, False)
         self._call, self._calls = now.call, now.calls
         yield from self._stuck(now, open_keys, now_s)
-        self._since_s = {key: self._since_s.get(key, now_s) for key in lasting}
+        self._since_s = self._counted(self._since_s, lasting, now_s)
         self._raised &= {*lasting, PART} if now.lost else lasting
         for key in sorted(lasting - self._raised):
             if now_s - self._since_s[key] >= REASONS[key].lasts_s:
@@ -109,6 +113,7 @@ class Watch:
                 another = now_s - self._gone_s.get(key, now_s) >= AGAIN_S or key in self._events
                 yield Change(key, True, since_s=self._since_s[key], another=another)
         yield from self._parts(now.lost, now_s)
+        self._looked_s = now_s
         if not now.starting or now_s - self._first_s >= STARTING_S:
             self._restored = set()
         gone = {*open_keys} - lasting - _ENDED_BY_OTHERS - self._restored
@@ -124,8 +129,20 @@ class Watch:
             if now_s - self._gone_s[key] >= stays_s:
                 yield Change(key, False)
 
+    def _counted(
+        self, since_s: Mapping[str, float], lasting: Collection[str], now_s: float
+    ) -> dict[str, float]:
+        """When each began, had it lasted without a break."""
+        well_s = now_s - self._looked_s
+        kept = {
+            key: began_s if key in lasting else began_s + (1.0 + _FORGETS) * well_s
+            for key, began_s in since_s.items()
+        }
+        kept = {key: began_s for key, began_s in kept.items() if began_s < now_s}
+        return {**dict.fromkeys(lasting, now_s), **kept}
+
     def _parts(self, lost: Mapping[str, str], now_s: float) -> Iterator[Change]:
-        since_s = self._lost_since_s = {name: self._lost_since_s.get(name, now_s) for name in lost}
+        since_s = self._lost_since_s = self._counted(self._lost_since_s, lost, now_s)
         self._named_s |= dict.fromkeys(self._named_s.keys() & lost.keys(), now_s)
         self._named_s = {
             name: seen_s for name, seen_s in self._named_s.items() if now_s - seen_s < AGAIN_S

@@ -72,7 +72,8 @@ class Keeper:
         if now_s >= self._retry_s:
             try:
                 self._writer.sync()
-                self._say(states.OK, "ok", "")
+                if self._writer.path is not None or not self._retry_s:  # else nothing is proven
+                    self._say(states.OK, "ok", "")
             except OSError as error:
                 self._failed(error)
         figures = {"written": self.written, "refused_by_disk": self.lost}

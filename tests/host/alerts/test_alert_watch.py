@@ -73,12 +73,38 @@ def test_what_lasts_is_an_alert_and_what_passes_is_none(
 ) -> None:
     trouble = replace(QUIET, problems={key, "obstacle_left", "lidar_starting"})
     scene.see(trouble, after_s - 1)
-    scene.see(QUIET, 1)
+    scene.see(QUIET, after_s)
     assert scene.seen == []
     scene.see(trouble, 200)
     scene.see(QUIET, 1)
-    assert scene.seen == [(2 * after_s, key, True), (after_s + 200, key, False)]
+    begins_s, ends_s = 3 * after_s - 1, 2 * after_s + 199
+    assert scene.seen == [(begins_s, key, True), (ends_s, key, False)]
     assert REASONS[key].lasts_s == after_s
+
+
+@pytest.mark.parametrize(
+    ("trouble", "fails_s", "works_s"),
+    [
+        (replace(QUIET, problems={"lidar_lost"}), 55.0, 1.0),
+        (replace(QUIET, problems={"board_lost"}), 30.0, 0.4),
+        (replace(QUIET, lost={"input gamepad": "gone"}), 10.0, 0.4),
+    ],
+)
+def test_what_keeps_failing_and_works_for_moments_is_an_alert(
+    scene: Scene, trouble: Situation, fails_s: float, works_s: float
+) -> None:
+    while scene.now_s < 900.0:
+        scene.see(trouble, fails_s)
+        scene.see(QUIET, works_s)
+    assert any(begins for _, _, begins in scene.seen)
+
+
+def test_what_works_most_of_the_time_is_none(scene: Scene) -> None:
+    trouble = replace(QUIET, problems={"lidar_lost"}, lost={"input gamepad": "gone"})
+    while scene.now_s < 1800.0:
+        scene.see(trouble, 5.0)
+        scene.see(QUIET, 1.0)
+    assert scene.seen == []
 
 
 def test_other_parts_are_named(scene: Scene) -> None:
