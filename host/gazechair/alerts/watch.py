@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from gazechair.alerts.book import AGAIN_S
@@ -105,7 +105,9 @@ class Watch:
             yield Change(HELP_WANTED, False)
         self._call, self._calls = now.call, now.calls
         yield from self._stuck(now, open_keys, now_s)
-        self._since_s = self._counted(self._since_s, lasting, now_s)
+        self._since_s = self._counted(
+            self._since_s, lasting, now_s, lambda key: REASONS[key].lasts_s
+        )
         self._raised &= {*lasting, PART} if now.lost else lasting
         for key in sorted(lasting - self._raised):
             if now_s - self._since_s[key] >= REASONS[key].lasts_s:
@@ -130,19 +132,26 @@ class Watch:
                 yield Change(key, False)
 
     def _counted(
-        self, since_s: Mapping[str, float], lasting: Collection[str], now_s: float
+        self,
+        since_s: Mapping[str, float],
+        lasting: Collection[str],
+        now_s: float,
+        lasts_s: Callable[[str], float],
     ) -> dict[str, float]:
-        """When each began, had it lasted without a break."""
-        well_s = now_s - self._looked_s
-        kept = {
-            key: began_s if key in lasting else began_s + (1.0 + _FORGETS) * well_s
-            for key, began_s in since_s.items()
-        }
-        kept = {key: began_s for key, began_s in kept.items() if began_s < now_s}
-        return {**dict.fromkeys(lasting, now_s), **kept}
+        """When each began, had it lasted without a break; `lasts_s`: of each, until an alert."""
+        counted = dict.fromkeys(lasting, now_s)
+        for key, began_s in since_s.items():
+            if key not in lasting:
+                began_s = max(began_s, self._looked_s - lasts_s(key))
+                began_s += (1.0 + _FORGETS) * (now_s - self._looked_s)
+            if began_s < now_s:
+                counted[key] = began_s
+        return counted
 
     def _parts(self, lost: Mapping[str, str], now_s: float) -> Iterator[Change]:
-        since_s = self._lost_since_s = self._counted(self._lost_since_s, lost, now_s)
+        since_s = self._lost_since_s = self._counted(
+            self._lost_since_s, lost, now_s, lambda _: EXTRA_S
+        )
         self._named_s |= dict.fromkeys(self._named_s.keys() & lost.keys(), now_s)
         self._named_s = {
             name: seen_s for name, seen_s in self._named_s.items() if now_s - seen_s < AGAIN_S
