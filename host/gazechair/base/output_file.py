@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 from pathlib import Path
 
+from gazechair.base.state_folder import write_whole
 from gazechair.base.told import ToldError
 
 
@@ -21,15 +21,6 @@ def write_output(path: Path, content: bytes) -> None:
             return
         real = Path(os.path.realpath(path))
         real.parent.mkdir(parents=True, exist_ok=True)
-        fresh = real.with_name(f".{real.name}.new")
-        fresh.unlink(missing_ok=True)
-        try:
-            with fresh.open("xb") as file:  # never through a link that somebody laid there
-                file.write(content)
-            os.replace(fresh, real)
-        except OSError:
-            with contextlib.suppress(OSError):
-                fresh.unlink()  # a partial file would take space on a full disk
-            raise
+        write_whole(real.with_name(f".{real.name}.new"), real, content)
     except OSError as error:
         raise ToldError(f"{path} can't be written: {error.strerror}") from None

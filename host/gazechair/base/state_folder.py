@@ -31,25 +31,34 @@ def replace_file(path: Path, content: bytes, durable: bool = True) -> None:
     fresh = path.with_name(path.name + ".new")
     if path.is_dir() and not path.is_symlink():
         set_aside(path)
-    with contextlib.suppress(FileNotFoundError):
-        fresh.unlink()
-    handle = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    try:
-        with open(handle, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(handle)  # else the new name may survive a power cut without its content
-        os.replace(fresh, path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            fresh.unlink()  # a partial file would take space on a full disk
-        raise
+    write_whole(fresh, path, content, 0o600)
     if durable:
         folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
         try:
             os.fsync(folder)
         finally:
             os.close(folder)
+
+
+def write_whole(fresh: Path, path: Path, content: bytes, mode: int = 0o666) -> None:
+    """Write `fresh` and move it to `path`, or leave all as it was. `mode`: less the umask. OSError.
+
+    The content is on the disk before the name is.
+    """
+    with contextlib.suppress(FileNotFoundError):
+        fresh.unlink()
+    # Never through a link that somebody laid there.
+    handle = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+    try:
+        with open(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(handle)
+        os.replace(fresh, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            fresh.unlink()  # a partial file would take space on a full disk
+        raise
 
 
 def set_aside(path: Path) -> None:
