@@ -8,7 +8,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.motion_check import MotionCheck
-from gazechair.sensing.odometry.seen import DIFFERS_DEG, Seen
+from gazechair.sensing.odometry.seen import DIFFERS_DEG, MOVES_DEG_S, MOVES_M_S, Seen
 
 HEADING = "no_heading"  # none from the board: turns come from the lidars alone
 TURNED = "lidar_turned"  # a lidar does not point where its configured mounting says
@@ -46,7 +46,6 @@ _LASTS_S = {
 FEW = 60  # points
 _LEAST_SHARE, _LEAST_INFORMATION = 0.02, 2500.0  # of the direction known best; 1/m^2
 _MATCHED, _LOST_MATCHED = 0.5, 0.35
-_MOVES_M_S, _MOVES_DEG_S = 0.06, 6.0
 _SIDEWAYS_M_S = 0.12
 
 
@@ -95,8 +94,8 @@ def _now(seen: Seen) -> Iterable[str]:
     elif is_corridor(seen.information):
         yield CORRIDOR
     speed = abs(seen.speed_m_s)
-    turns = abs(seen.yaw_rate_deg_s) > _MOVES_DEG_S
-    if seen.matched < _LOST_MATCHED and speed < _MOVES_M_S and not turns:
+    turns = abs(seen.yaw_rate_deg_s) > MOVES_DEG_S
+    if seen.matched < _LOST_MATCHED and speed < MOVES_M_S and not turns:
         yield LOST  # a moving chair may enter new rooms
     if abs(seen.heading_off_deg) > DIFFERS_DEG:
         yield DIFFERS

@@ -10,10 +10,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from gazechair.sensing.odometry.resting import Resting
-from gazechair.sensing.odometry.seen import DIFFERS_DEG, Outputs, Seen
+from gazechair.sensing.odometry.seen import DIFFERS_DEG, MOVES_DEG_S, MOVES_M_S, Outputs, Seen
 
-_MOVES_M_S, _MOVES_DEG_S, _STANDS_M_S = 0.06, 6.0, 0.03
-_MOVED_M_S = 0.075
+_STANDS_M_S, _MOVED_M_S = 0.03, 0.075
 _HEARD_S = 0.1  # longest age of the board's report
 _STOPS_S, _STOPPED_S = 1.2, 2.5  # after these times most chairs, all chairs have stopped
 # While something else is put out: against the drive output (on a ramp it rolls back a little as
@@ -99,7 +98,7 @@ class MotionCheck:
         )
         self._least_to = _least(to, _to_sides(seen))
         drives = min(outputs.forward_s, outputs.backward_s) < _STOPS_S
-        turns = abs(seen.yaw_rate_deg_s) > _MOVES_DEG_S and outputs.turn * seen.yaw_rate_deg_s > 0.0
+        turns = abs(seen.yaw_rate_deg_s) > MOVES_DEG_S and outputs.turn * seen.yaw_rate_deg_s > 0.0
         if turns and not drives and _sure(seen):
             self._turned_at = min(self._turned_at, outputs.most_turn)
 
@@ -108,10 +107,10 @@ class MotionCheck:
         if outputs.idle_s >= _STOPS_S:  # after it should rest; or earlier, if it speeds up
             least = self._least if outputs.idle_s < _STOPPED_S else (0.0,) * 3
             speed, got_on, yaw = _motion(seen)
-            faster = speed > least[0] + _MOVES_M_S + seen.speed_sigma_m_s
+            faster = speed > least[0] + MOVES_M_S + seen.speed_sigma_m_s
             if matched and (faster or got_on > least[1] + _MOVED_M_S):
                 yield _ROLLS
-            if _sure(seen) and yaw > least[2] + _MOVES_DEG_S:
+            if _sure(seen) and yaw > least[2] + MOVES_DEG_S:
                 yield _TURNS_UNSEEN
                 if matched:
                     yield _TURNS
@@ -140,7 +139,7 @@ class MotionCheck:
     def _stands(self, seen: Seen, outputs: Outputs, matched: bool) -> Iterator[int]:
         """The ways in which it does not move on a command."""
         speed = min(abs(seen.speed_m_s), seen.got_on_m_s)
-        if speed >= _STANDS_M_S or abs(seen.yaw_rate_deg_s) > _MOVES_DEG_S:
+        if speed >= _STANDS_M_S or abs(seen.yaw_rate_deg_s) > MOVES_DEG_S:
             return
         forward_s, backward_s = outputs.forward_s, outputs.backward_s
         drive, turn = abs(outputs.drive), abs(outputs.turn)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import takewhile
 from typing import TYPE_CHECKING
@@ -117,19 +116,18 @@ class Reports:
             return None
         newest = [row for row in found if row[0] >= at_s - _STARTS_S] or [(at_s, 0, 0)]
         drive, turn = [row[1] for row in newest], [row[2] for row in newest]
-
-        def idle_s(acts: Callable[[int, int], bool], else_s: float) -> float:
-            return at_s - next((t for t, *put in reversed(found) if acts(*put)), else_s)
-
+        any_s, forward_s, backward_s, left_s, right_s = found[0][0], *(-math.inf,) * 4
+        for row_s, linear, turned in found:
+            any_s = row_s if linear or turned else any_s
+            forward_s = row_s if linear > _ACTS else forward_s
+            backward_s = row_s if linear < -_ACTS else backward_s
+            left_s = row_s if turned > _ACTS else left_s
+            right_s = row_s if turned < -_ACTS else right_s
         return Outputs(
             _least(drive),
             _least(turn),
             max(abs(row[2]) for row in found),
-            idle_s(lambda drive, turn: bool(drive or turn), found[0][0]),
-            idle_s(lambda drive, _turn: drive > _ACTS, -math.inf),
-            idle_s(lambda drive, _turn: drive < -_ACTS, -math.inf),
-            idle_s(lambda _drive, turn: turn > _ACTS, -math.inf),
-            idle_s(lambda _drive, turn: turn < -_ACTS, -math.inf),
+            *(at_s - last_s for last_s in (any_s, forward_s, backward_s, left_s, right_s)),
         )
 
     def command(self, at_s: float) -> tuple[float | None, bool]:

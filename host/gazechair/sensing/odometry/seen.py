@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from gazechair.base.footprint import FloatArray
 
+MOVES_M_S, MOVES_DEG_S = 0.06, 6.0
+"""Slower, it may as well stand."""
 DIFFERS_DEG = 0.6
 """From this difference on the lidars contradict the heading sensor; see Seen.heading_off_deg."""
 
