@@ -230,9 +230,9 @@ class Arbiter:
         return None
 
     def _reset(self, client: int, message: Reset, now_s: float) -> Refusal | None:
-        sent_s = self.tokens.moment(message.proof, now_s)
+        sent_s, fresh = self.tokens.proven(message.proof, now_s)
         # An emergency stop outlasts every reset that was sent before it.
-        if sent_s is None or sent_s < self._emergency_s:
+        if not fresh or sent_s < self._emergency_s:
             return Refusal("reset", "stale_token", "the reset was too long on its way")
         self._order(codes.RESET_FAULTS, client)
         return None
@@ -377,9 +377,10 @@ class Arbiter:
     def _hold_bypass(
         self, client: int, page: Client, message: HoldBypass, now_s: float
     ) -> Refusal | None:
-        if not self.tokens.fresh(message.proof, now_s):
+        proven_s, fresh = self.tokens.proven(message.proof, now_s)
+        if not fresh:
             return Refusal("bypass", "stale_token", "the bypass was too long on its way")
-        edge, deadline_s = message.edge, self.tokens.proven_s(message.proof, now_s) + self.ttl_s
+        edge, deadline_s = message.edge, proven_s + self.ttl_s
         if self._bypass.is_new(client, edge):
             self._press.pressed()
             self._bypass.begin(client, edge, deadline_s)

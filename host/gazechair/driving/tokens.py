@@ -38,10 +38,6 @@ class Tokens:
             return False
         return -_CLOCKS_DIFFER_MS <= self.token(now_s) - proof <= VALID_S * 1000
 
-    def moment(self, proof: int, now_s: float) -> float | None:
-        """As proven_s; None: not fresh."""
-        return self.proven_s(proof, now_s) if self.fresh(proof, now_s) else None
-
     def proven(self, proof: int, now_s: float) -> tuple[float, bool]:
         """The moment that `proof` stands for, and whether it is fresh."""
         return self.proven_s(proof, now_s), self.fresh(proof, now_s)
