@@ -38,9 +38,8 @@ _LEAST_M_S = 0.08
 _BEHIND_M = 1.0
 _SAME_M = 0.25
 _FROZEN_M, _FROZEN_RAD = 0.04, math.radians(2.0)
-_EVEN_M = (
-    0.04  # between points of the line, also over bridged gaps: the nearest one gives the progress
-)
+# Between points of the line, also over bridged gaps: the nearest one gives the progress.
+_EVEN_M = 0.04
 _EXPECTED_POINTS, _ROUND_M = 8, 0.14  # this much of it well in view should be seen
 _SHARE = 0.85  # of the chair's turn rate; the rest is left for corrections
 

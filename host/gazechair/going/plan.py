@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.going.bends import Bend
 from gazechair.going.costmap import Costmap
@@ -309,8 +310,9 @@ class Planner:
 
     def _turn_fits(self, poses: Ints, at: Pose) -> BoolArray:
         """Whether turns on the spot from the headings of lattice poses to the pose `at` fit."""
-        off = np.array([self._lattice.heading_rad(int(pose)) - at[2] for pose in poses])
-        off = np.remainder(off + math.pi, 2.0 * math.pi) - math.pi
+        off = half_turn_rad(
+            np.array([self._lattice.heading_rad(int(pose)) - at[2] for pose in poses])
+        )
         fits = np.abs(off) <= _SNAP_RAD
         turned = np.arange(0.0, math.pi, _ROUND_RAD)
         x, y = np.array(at[0]), np.array(at[1])

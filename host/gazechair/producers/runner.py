@@ -133,7 +133,7 @@ class Runner:
             self._say(now_s, 0, self._answer if over else _IDLE, self._answered if over else 0)
 
     def _sensed(self) -> Sensed:
-        sensed = Sensed([], [], [], self._where, self._picture(), self._cap_permille)
+        sensed = Sensed(where=self._where, picture=self._picture(), cap_permille=self._cap_permille)
         self._where = None
         for _, one in self._heard:
             if isinstance(one, Piece):

@@ -33,6 +33,11 @@ class OpenConnection:
     """The socket and device that it has become: "control 3fa2b1"; "": still new."""
     evicted: bool = False
 
+    @property
+    def is_new(self) -> bool:
+        """It has a deadline, and counts as new: neither settled nor about to close."""
+        return not self.settled and not self.evicted
+
     def cut(self) -> None:
         """Break the connection; the thread that serves it wakes up and ends."""
         with contextlib.suppress(OSError):
@@ -51,7 +56,7 @@ class OpenConnections:
         """Add a new connection; returns those that must close for it."""
         connection = OpenConnection(raw, address, self._clock())
         with self._lock:
-            new = [one for one in self._connections.values() if not one.settled and not one.evicted]
+            new = [one for one in self._connections.values() if one.is_new]
             same = [one for one in new if one.address == address]
             gone = []
             if len(same) >= MOST_NEW_OF_ADDRESS:
@@ -88,11 +93,7 @@ class OpenConnections:
         with self._lock:
             limit_s = self._clock() - LONGEST_NEW_S
             for connection in self._connections.values():
-                if (
-                    not connection.settled
-                    and connection.since_s < limit_s
-                    and not connection.evicted
-                ):
+                if connection.is_new and connection.since_s < limit_s:
                     connection.evicted = True
                     connection.cut()
 
@@ -100,4 +101,4 @@ class OpenConnections:
     def new(self) -> int:
         """How many connections are new."""
         with self._lock:
-            return sum(not one.settled and not one.evicted for one in self._connections.values())
+            return sum(one.is_new for one in self._connections.values())
