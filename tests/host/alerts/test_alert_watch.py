@@ -93,7 +93,7 @@ def test_what_keeps_failing_and_works_for_moments_is_an_alert(
     assert any(begins for _, _, begins in scene.seen)
 
 
-def test_what_works_most_of_the_time_is_none(scene: Scene) -> None:
+def test_short_failures_a_second_apart_are_none(scene: Scene) -> None:
     trouble = replace(QUIET, problems={"lidar_lost"}, lost={"input gamepad": "gone"})
     while scene.now_s < 1800.0:
         scene.see(trouble, 5.0)
