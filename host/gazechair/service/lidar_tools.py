@@ -85,7 +85,9 @@ def _collect(lidar: LidarConfig, seconds: float) -> list[Scan]:
     finally:
         reader.stop()
     if not scans:
-        why = reader.standing.detail if reader.standing.state == states.LOST else "it says nothing"
+        why = (
+            reader.condition.detail if reader.condition.state == states.LOST else "it says nothing"
+        )
         raise LidarCommandError(why)
     return scans
 

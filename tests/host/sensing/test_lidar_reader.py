@@ -25,7 +25,7 @@ from lidarrig import LidarRig, wait_for
 
 
 class Rig(LidarRig):
-    """The lidar, its reader, and every standing that was reported."""
+    """The lidar, its reader, and every condition that was reported."""
 
     def __init__(self, path: Path, mode: str = "dense") -> None:
         super().__init__(path)
@@ -34,12 +34,12 @@ class Rig(LidarRig):
         self.reader = Reader(config, self._note)
 
     def _note(self) -> None:
-        one = (self.reader.standing.state, self.reader.standing.reason)
+        one = (self.reader.condition.state, self.reader.condition.reason)
         if not self.told or self.told[-1] != one:
             self.told.append(one)
 
     def wait(self, condition: Callable[[], bool]) -> None:
-        wait_for(condition, lambda: (self.reader.standing, self.told))
+        wait_for(condition, lambda: (self.reader.condition, self.told))
 
     def wait_fresh(self) -> None:
         """Wait for a scan that was measured from now on."""
@@ -86,7 +86,7 @@ def test_each_fault_has_its_reason_and_heals_by_itself(rig: Rig) -> None:
 
     rig.device.stalled = True
     rig.wait_told("lidar_silent")
-    rig.wait(lambda: "no RPLIDAR answers" in rig.reader.standing.detail)
+    rig.wait(lambda: "no RPLIDAR answers" in rig.reader.condition.detail)
     assert rig.reader.scan is None
     rig.device.stalled = False
     rig.wait_fresh()
@@ -107,7 +107,7 @@ def test_each_fault_has_its_reason_and_heals_by_itself(rig: Rig) -> None:
     rig.wait_told("lidar_protection")
     rig.device.protection_stop = False
     rig.wait_fresh()
-    assert rig.reader.standing.state == "ok"
+    assert rig.reader.condition.state == "ok"
 
 
 def test_lost_and_damaged_bytes_are_lived_with(rig: Rig) -> None:
@@ -142,7 +142,7 @@ def test_a_port_that_another_program_holds_is_said(rig: Rig) -> None:
     with rig.path.open("rb", buffering=0) as other:
         fcntl.flock(other, fcntl.LOCK_EX)
         rig.reader.start()
-        rig.wait(lambda: "used by another program" in rig.reader.standing.detail)
+        rig.wait(lambda: "used by another program" in rig.reader.condition.detail)
     rig.wait_fresh()
 
 
@@ -155,9 +155,9 @@ def test_an_error_of_a_library_is_told_and_tried_again(
     with monkeypatch.context() as patch:
         patch.setattr(device_module.RPLidar, "stop", gone)
         rig.reader.start()
-        rig.wait(lambda: "can't be written to" in rig.reader.standing.detail)
+        rig.wait(lambda: "can't be written to" in rig.reader.condition.detail)
         patch.setattr(reader_module, "find_port", lambda _port: int("", 16))
-        rig.wait(lambda: rig.reader.standing.detail.startswith("ValueError"))
+        rig.wait(lambda: rig.reader.condition.detail.startswith("ValueError"))
     rig.wait_fresh()
 
 
@@ -190,15 +190,15 @@ def test_what_came_while_its_thread_stood_still_counts_as_old(
     paused.set()
     rig.wait(lambda: len(seen_ahead_m) > 20)
     assert max(seen_ahead_m) < 2.0
-    assert rig.reader.standing.state == "ok"
+    assert rig.reader.condition.state == "ok"
 
 
 def test_a_port_where_something_else_talks_is_refused_in_one_line(rig: Rig) -> None:
     rig.babble = b"\x55\xaa\x01" * 20
     rig.reader.start()
-    rig.wait(lambda: rig.reader.standing.state == "lost")
-    assert "lidar.port" in rig.reader.standing.detail
-    assert "\n" not in rig.reader.standing.detail
+    rig.wait(lambda: rig.reader.condition.state == "lost")
+    assert "lidar.port" in rig.reader.condition.detail
+    assert "\n" not in rig.reader.condition.detail
 
 
 class Arriving:

@@ -134,13 +134,13 @@ def test_it_is_played_as_a_lidar_again_and_again_and_marked(tmp_path: Path) -> N
     start_s = time.monotonic()
     reader.start()
     try:
-        wait_for(lambda: reader.scan is not None, lambda: reader.standing)
+        wait_for(lambda: reader.scan is not None, lambda: reader.condition)
         assert reader.scan is not None
         assert reader.scan.source == codes.REPLAYED
         assert 3200 <= len(reader.scan) <= 3201
         later_s = start_s + 0.8  # after its end: it began again
-        wait_for(lambda: reader.scan.acquired_s > later_s, lambda: reader.standing)
-        assert reader.standing.state == "ok"
+        wait_for(lambda: reader.scan.acquired_s > later_s, lambda: reader.condition)
+        assert reader.condition.state == "ok"
     finally:
         reader.stop()
 
@@ -153,8 +153,8 @@ def test_a_damaged_recording_is_a_lost_lidar_with_the_reason(tmp_path: Path) -> 
     reader = Reader(LidarConfig(kind="replay", file=str(tmp_path / "a.scan")), lambda: None)
     reader.start()
     try:
-        wait_for(lambda: reader.standing.state == "lost", lambda: reader.standing)
-        assert "wrong checksum" in reader.standing.detail
+        wait_for(lambda: reader.condition.state == "lost", lambda: reader.condition)
+        assert "wrong checksum" in reader.condition.detail
         assert reader.scan is None
     finally:
         reader.stop()

@@ -72,8 +72,8 @@ class Lidar:
 
     def report(self) -> LidarReport:
         """Its condition, for the daemon."""
-        standing, stream, scan = self.reader.standing, self.reader.stream, self.scan
-        named = (self.reader.config.name, standing.state, standing.reason, standing.detail)
+        condition, stream, scan = self.reader.condition, self.reader.stream, self.scan
+        named = (self.reader.config.name, condition.state, condition.reason, condition.detail)
         if scan is None or stream is None:
             return LidarReport(*named)
         seen = self.view.states.tobytes()

@@ -35,7 +35,7 @@ _RETRY_S = (0.25, 2.0)
 
 
 @dataclass(frozen=True)
-class Standing:
+class Condition:
     """A lidar's condition: health state, reason key, one plain line."""
 
     state: str
@@ -57,14 +57,14 @@ class Reader:
         tap: Tap | None = None,
         placing: Placing | None = None,
     ) -> None:
-        """`renewed` is called on the reader's thread whenever `scan` or `standing` has changed,
+        """`renewed` is called on the reader's thread whenever `scan` or `condition` has changed,
         `tap` with all measurements; `placing` places those of the scans."""
         self._taps = (tap, placing)
         self.config = config
         self.scan: Scan | None = None
         self.stream: NodeStream | None = None
         self.source: int | None = None
-        self.standing = Standing(states.STARTING, STARTING, "starting")
+        self.condition = Condition(states.STARTING, STARTING, "starting")
         self.alive_s = time.monotonic()
         self._delivered = False  # since the device was opened
         self._renewed = renewed
@@ -105,9 +105,9 @@ class Reader:
 
     def _say(self, state: str, reason: str = "ok", detail: str = "") -> None:
         """A lost lidar stays lost, with its explanation, until it delivers."""
-        if state == states.STARTING and self.standing.state == states.LOST:
+        if state == states.STARTING and self.condition.state == states.LOST:
             return
-        self.standing = Standing(state, reason, detail)
+        self.condition = Condition(state, reason, detail)
         if state != states.OK:
             self.scan = None
         self._renewed()
@@ -120,7 +120,7 @@ class Reader:
             self.alive_s = time.monotonic()
             self._say(states.STARTING, STARTING, f"lidar {device.serial.hex()}: motor starts")
             device.start(self.config.mode)
-            if self.standing.reason == SILENT:
+            if self.condition.reason == SILENT:
                 text = f"the lidar at {port} had stopped by itself; check its power supply"
                 self._say(states.LOST, POWER, text)
             self._read(device, port)
@@ -170,7 +170,7 @@ class Reader:
             return
         self.scan = scan
         self._delivered = True
-        if self.standing.state == states.OK:
+        if self.condition.state == states.OK:
             self._renewed()
         else:
             self._say(states.OK)
