@@ -1,4 +1,4 @@
-"""What the driver's page must look like on any screen, as the browser measures it."""
+"""What the pages must look like on any screen, as the browser measures it."""
 
 SCREENS = [(1920, 1080), (1366, 768), (1024, 768)]
 
@@ -42,4 +42,12 @@ OVERFLOWING = """
         inner.right > box.right + 1 || inner.top < box.top - 1 || inner.bottom > box.bottom + 1);
     });
 }).map(e => e.id || e.className)
+"""
+# On the caretaker's page: what is beyond the screen's edge, or is wider than its place.
+CUT_OFF = """
+() => [...document.querySelectorAll("button, .near, #status, header, #banner, li")].filter(e => {
+  const box = e.getBoundingClientRect();
+  return box.width && getComputedStyle(e).visibility === "visible" &&
+    (box.left < -1 || box.right > innerWidth + 1 || e.scrollWidth > e.clientWidth + 3);
+}).map(e => e.id || e.className || e.textContent)
 """

@@ -4,23 +4,14 @@ from itertools import pairwise
 
 import pytest
 
-from fakehost import ARMED, picture
 from gazechair.base.languages import message
 from gazechair.driving.control import HEARTBEAT_MS
-from pagelooks import on_every_screen
+from pagelooks import CUT_OFF
 from patience import wait_until
 from pluginrows import lost, mode, offer
 from webperson import CARETAKER, Driver
 
 pytestmark = pytest.mark.browser
-
-OVERFLOWING = """
-() => [...document.querySelectorAll("button, .near, #status, header, #banner, li")].filter(e => {
-  const box = e.getBoundingClientRect();
-  return box.width && getComputedStyle(e).visibility === "visible" &&
-    (box.left < -1 || box.right > innerWidth + 1 || e.scrollWidth > e.clientWidth + 3);
-}).map(e => e.id || e.className || e.textContent)
-"""
 
 
 @pytest.fixture
@@ -307,34 +298,6 @@ def test_a_viewer_has_no_controls(page, host, artefact):
     artefact("caretaker-viewer")
 
 
-LOOKS = {
-    "watching": {"simulated": True},
-    "driving": {"you": True, "owner": "caretaker", "motion": "drive", "output_permille": [358, 0]},
-    "override": {
-        "override": "obstacle_forward",
-        "decisions": {"forward": "blocked", "left": "slow", "right": "free", "backward": "unknown"},
-        "clearance": {"forward": 0.3, "backward": None, "left": 22.0, "right": 180.0},
-        "view": {"forward": "seen", "backward": "unseen", "left": "seen", "right": "seen"},
-    },
-    "emergency": {"state": "disarmed", "level": "error", "message": "emergency"},
-}
-
-
-def test_how_it_looks(caretaker, host, artefact):
-    host.show(picture(), 0)
-    wait_until(lambda: host.acknowledged, "the picture")
-    for number, (name, look) in enumerate(LOOKS.items(), start=1):
-        caretaker.state(**ARMED | {"you": False, "view": None, "clearance": None} | look)
-        caretaker.advance(1100)
-        host.show(picture(), number)
-        wait_until(lambda n=str(number): n in host.acknowledged, "the picture")
-        caretaker.advance(25)
-        for screen in on_every_screen(caretaker.page, [(390, 844), (1366, 768)]):
-            artefact(f"caretaker-{name}-{screen[0]}")
-            assert caretaker.page.evaluate(OVERFLOWING) == [], (name, screen)
-            assert caretaker.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-
-
 def test_inputs_and_modes_are_listed_with_how_they_are(caretaker, artefact):
     pad = {**mode("gamepad"), "kind": "input", "state": "degraded", "reason": "plugin_trouble"}
     pad["detail"] = "no gamepad: none is plugged in"
@@ -355,7 +318,7 @@ def test_inputs_and_modes_are_listed_with_how_they_are(caretaker, artefact):
     assert "Nieuwe poging binnen 10 s. mode home ended unexpectedly" in texts[2]
     assert "<b>xxxx" in texts[3]
     assert caretaker.page.locator("#plugins i").count() == 0
-    assert caretaker.page.evaluate(OVERFLOWING) == []
+    assert caretaker.page.evaluate(CUT_OFF) == []
     assert "Home" in caretaker.text("#status")
     assert "En nog 1." in caretaker.text("#status")
     rows.nth(2).scroll_into_view_if_needed()
