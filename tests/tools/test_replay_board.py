@@ -14,10 +14,11 @@ import pytest
 from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazeboard.core.motion import Motion
+from gazeboard.io import trace as board
 from gazechair.blackbox.reader import Line, LogFile
-from gazelink import VERSION, codes, frame, messages
+from gazelink import VERSION, arcs, codes, frame, messages
 from gazelink.settings_table import NO_CASTERS_Q4_DEG, index_of, profile_row
-from gazereplay import as_test, board_trace, command
+from gazereplay import as_test, board_trace, command, trace
 from gazereplay.board_trace import STATE, TRACE, BoardPlayer
 from gazereplay.replay import of_trace, replay
 from gazereplay.result import NoTrace, Result
@@ -262,6 +263,32 @@ def test_another_version_of_the_core_takes_kept_drives_only(
     assert replay(kept).compared > 100
     again = as_test.keep(kept, "again", tmp_path)
     assert replay(again) == replay(kept)
+
+
+def test_a_core_with_more_inputs_takes_kept_drives_when_it_knows_what_is_neutral(
+    recorded: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    before = replay(kept)
+    fields = (*board.FIELDS[:5], "newer", *board.FIELDS[5:])
+    monkeypatch.setattr(board, "FIELDS", fields)
+    monkeypatch.setattr(board, "WORDS", board.WORDS + 1)
+    with pytest.raises(NoTrace, match=r"no such inputs, which this core needs: newer$"):
+        replay(kept)
+    monkeypatch.setitem(trace.NEUTRAL, "newer", 7)
+    assert replay(kept) == before
+    assert before.compared > 100
+    again = as_test.keep(kept, "again", tmp_path)
+    assert replay(again) == before
+
+
+def test_a_core_with_other_arcs_names_them(
+    recorded: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    monkeypatch.setattr(arcs, "SIZE", arcs.SIZE + 1)
+    with pytest.raises(NoTrace, match=r"no such inputs, which this core needs: arcs$"):
+        replay(kept)
 
 
 @pytest.mark.parametrize(

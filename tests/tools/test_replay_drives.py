@@ -296,12 +296,15 @@ def test_a_drive_without_decisions_to_compare_with_is_refused(
 def test_a_drive_of_an_older_version_is_replayed(
     recorded: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What its trace lacks is 0, or not compared."""
+    """What its trace lacks changes no decision, or the drive is refused; or it is not compared."""
     path = recorded(cable)
     monkeypatch.setattr(trace, "TAKEN", (*trace.TAKEN, "newer"))
     monkeypatch.setattr(trace, "DECIDED", (*trace.DECIDED, "newer"))
     decision = trace.decision
     monkeypatch.setattr(trace, "decision", lambda *of: (*decision(*of), 1))
+    with pytest.raises(NoTrace, match=r"no such inputs, which this core needs: newer$"):
+        replay(path)
+    monkeypatch.setitem(trace.NEUTRAL, "newer", 7)
     assert replay(path).difference is None
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import os
 import re
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from mcap.writer import Writer
 
-from gazereplay.board_trace import TRACE
-from gazereplay.core import layouts
+from gazereplay.board_trace import TRACE, Layout
 from gazereplay.replay import kept_layout, of_trace
 from gazesetup.paths import ROOT
 
@@ -35,9 +35,9 @@ def keep(path: Path, name: str, folder: Path = FOLDER) -> Path:
     finally:
         fresh.unlink(missing_ok=True)
     if traced:
-        # The names of a snapshot's words, so that a core with other words can use it, too.
-        layout = kept_layout(path) or layouts()[0]
-        target.with_suffix(".json").write_text(json.dumps(layout))
+        # The names of its words, so that a core with other words can use it, too.
+        layout = kept_layout(path) or Layout.ours()
+        target.with_suffix(".json").write_text(json.dumps(asdict(layout)))
     return target
 
 

@@ -10,7 +10,7 @@ from gazeboard.io.settings import Settings
 from gazechair.blackbox.reader import Line, LogFile
 from gazelink import codes
 from gazereplay import trace
-from gazereplay.board_trace import TOPICS, BoardPlayer
+from gazereplay.board_trace import TOPICS, BoardPlayer, Layout
 from gazereplay.core import Core
 from gazereplay.result import Difference, NoTrace, Result
 from gazereplay.trace import Taken
@@ -80,14 +80,19 @@ def of_trace(path: Path) -> Iterator[Line]:
     return (line for line in LogFile(path).lines() if line.topic in topics)
 
 
-def kept_layout(path: Path) -> list[str]:
-    """The names of the snapshots' words that as_test stored with a drive; [] for other logs."""
+def kept_layout(path: Path) -> Layout | None:
+    """The names that as_test stored with a drive; None for other logs."""
     try:
         names = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):  # none, or something else of that name: an exported log
-        return []
-    strings = isinstance(names, list) and all(isinstance(name, str) for name in names)
-    return names if strings else []
+    except (OSError, ValueError, RecursionError):  # none, or another of that name: an exported log
+        return None
+    if isinstance(names, list):  # without the inputs' names, which were these
+        names = {"snapshot": names, "inputs": Layout.ours().inputs}
+    if not isinstance(names, dict) or set(names) != {"snapshot", "inputs"}:
+        return None
+    lists = all(isinstance(one, list) for one in names.values())
+    strings = lists and all(isinstance(name, str) for one in names.values() for name in one)
+    return Layout(**names) if strings else None
 
 
 def replay(path: Path) -> Result:
