@@ -141,7 +141,7 @@ def test_a_drive_that_cannot_be_kept_leaves_the_one_before(
     before = kept.read_bytes()
 
     def full(_path: Path) -> Iterator[Line]:
-        yield next(of_trace(kept))
+        yield next(of_trace(LogFile(kept)))
         raise OSError("no space left")
 
     monkeypatch.setattr(as_test, "of_trace", full)
@@ -153,7 +153,7 @@ def test_a_drive_that_cannot_be_kept_leaves_the_one_before(
 
 @pytest.mark.parametrize("every", [15, 50, 150])
 def test_after_lost_frames_nothing_is_pretended(every: int, recorded: Any) -> None:
-    lines = list(of_trace(recorded(faults)))
+    lines = list(of_trace(LogFile(recorded(faults))))
     whole = play(lines)
     traces = [line for line in lines if line.topic == TRACE]
     lost = set(map(id, traces[every::every]))
@@ -170,7 +170,7 @@ def test_after_a_gap_it_goes_on_with_the_next_snapshot(tmp_path: Path) -> None:
         chair.press(verb)
         chair.run(1000)
         chair.link.protocol._trace_due_s = chair.now_s()
-    lines = list(of_trace(chair.close()))
+    lines = list(of_trace(LogFile(chair.close())))
     at = [k for k, line in enumerate(lines) if line.topic == TRACE]
     lost = set(at[len(at) // 2 : len(at) // 2 + 3])
     result = play(line for k, line in enumerate(lines) if k not in lost)
@@ -189,7 +189,7 @@ def test_a_drive_from_its_middle_on(tmp_path: Path) -> None:
     chair.run(300)
     chair.link.protocol._trace_due_s = chair.now_s()
     chair.run(700)
-    lines = list(of_trace(chair.close()))
+    lines = list(of_trace(LogFile(chair.close())))
     for k in range(0, len(lines), len(lines) // 12):
         for part in (lines[k:], lines[:k]):
             result = play(part)
@@ -312,7 +312,7 @@ def test_another_version_with_as_many_words_takes_kept_drives_only(
 def test_a_log_that_does_not_tell_its_version_says_so(
     recorded: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: Any
 ) -> None:
-    lines = [line for line in of_trace(recorded(drive)) if line.topic != board_trace.HELLO]
+    lines = [line for line in of_trace(LogFile(recorded(drive))) if line.topic != board_trace.HELLO]
     result = play(lines)
     assert (result.unnamed, result.difference) == (True, None)
     assert not replay(recorded(drive)).unnamed
@@ -323,7 +323,7 @@ def test_a_log_that_does_not_tell_its_version_says_so(
 
 
 def test_a_trace_without_reports_of_its_board_is_refused(recorded: Any, monkeypatch: Any) -> None:
-    lines = [line for line in of_trace(recorded(drive)) if line.topic != STATE]
+    lines = [line for line in of_trace(LogFile(recorded(drive))) if line.topic != STATE]
     assert play(lines).ticks > 100
     monkeypatch.setattr("gazereplay.replay.of_trace", lambda _path: lines)
     with pytest.raises(NoTrace, match="no decision to compare with"):
@@ -332,7 +332,7 @@ def test_a_trace_without_reports_of_its_board_is_refused(recorded: Any, monkeypa
 
 def test_damaged_words_never_raise(recorded: Any) -> None:
     """A byte of each frame in turn is another: found, or a gap, but no error."""
-    lines = list(of_trace(recorded(restart)))
+    lines = list(of_trace(LogFile(recorded(restart))))
 
     def damaged() -> Iterator[Any]:
         for k, line in enumerate(lines):

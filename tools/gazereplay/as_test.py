@@ -11,6 +11,7 @@ from typing import Any
 
 from mcap.writer import Writer
 
+from gazechair.blackbox.reader import LogFile
 from gazereplay.board_trace import TRACE, Layout
 from gazereplay.replay import kept_layout, of_trace
 from gazesetup.paths import ROOT
@@ -47,7 +48,7 @@ def _copy(path: Path, target: Path) -> bool:
         writer: Any = Writer(file)
         writer.start(profile="ros2", library="gazechair")
         channels: dict[str, int] = {}
-        for line in of_trace(path):
+        for line in of_trace(LogFile(path)):
             if line.topic not in channels:
                 schema = writer.register_schema(line.type_name, "ros2msg", line.schema.data)
                 channels[line.topic] = writer.register_channel(line.topic, "cdr", schema)

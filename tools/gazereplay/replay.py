@@ -72,12 +72,12 @@ class Player:
             result.armed += now["state"] == codes.ARMED
 
 
-def of_trace(path: Path) -> Iterator[Line]:
+def of_trace(file: LogFile) -> Iterator[Line]:
     """The messages of a log for its replay: of a board in virtual time, or as a board sent them."""
     topics: Container[str] = TOPICS
-    if any(line.topic == trace.START for line in LogFile(path).lines()):
+    if any(line.topic == trace.START for line in file.lines()):
         topics = trace.DEFINITIONS
-    return (line for line in LogFile(path).lines() if line.topic in topics)
+    return (line for line in file.lines() if line.topic in topics)
 
 
 def kept_layout(path: Path) -> Layout | None:
@@ -98,15 +98,18 @@ def kept_layout(path: Path) -> Layout | None:
 def replay(path: Path) -> Result:
     """Replay the log at `path`. Raises NoTrace when it has no trace, or none to compare with."""
     player: Player | BoardPlayer = BoardPlayer(kept_layout(path))
-    for line in of_trace(path):
+    file = LogFile(path)
+    for line in of_trace(file):
         if line.topic in trace.DEFINITIONS and isinstance(player, BoardPlayer):
             player = Player()
         player.hear(line)
         if player.result.difference is not None:
             break
-    if not player.result.lives:
-        raise NoTrace("it has no trace of the board's ticks; see docs/log.md, Replay")
     result = player.result
+    result.ending = "" if result.difference is not None else file.ending()
+    cut = f"; {result.ending}" if result.ending else ""
+    if not result.lives:
+        raise NoTrace(f"it has no trace of the board's ticks; see docs/log.md, Replay{cut}")
     if not result.compared and result.difference is None:
-        raise NoTrace("its trace has no decision to compare with")
+        raise NoTrace(f"its trace has no decision to compare with{cut}")
     return result
