@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Container, Iterator
 from pathlib import Path
 
 from gazeboard.io.settings import Settings
+from gazechair.base import json_text
 from gazechair.blackbox.reader import Line, LogFile
 from gazelink import codes
 from gazereplay import trace
@@ -83,8 +83,8 @@ def of_trace(file: LogFile) -> Iterator[Line]:
 def kept_layout(path: Path) -> Layout | None:
     """The names that as_test stored with a drive; None for other logs."""
     try:
-        names = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):  # none, or another of that name: an exported log
+        names = json_text.parse(path.with_suffix(".json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):  # none, or another of that name: an exported log
         return None
     if isinstance(names, list):  # without the inputs' names, which were these
         names = {"snapshot": names, "inputs": Layout.ours().inputs}

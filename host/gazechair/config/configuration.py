@@ -258,7 +258,7 @@ def load(path: Path | None) -> Config:
     if file is None:
         return Config()
     try:
-        content = file.read_text(encoding="utf-8")
+        content = file.read_text(encoding="utf-8-sig")  # Windows editors
     except OSError as error:
         named = f"${_VARIABLE} names it; " if path is None else ""
         raise ConfigError(

@@ -19,6 +19,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from gazechair.base import json_text
 from gazechair.people.pairing.desk import PairingDesk
 from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.store import ROLES, StoreError
@@ -97,7 +98,7 @@ class LocalDoor:
 
     def _answer(self, line: bytes) -> dict[str, Any]:
         try:
-            request = json.loads(line)
+            request = json_text.parse(line)
             what = request["ask"]
             if what == "code":
                 return self._code(str(request["role"]), float(request.get("valid_s", VALID_S)))
@@ -109,7 +110,7 @@ class LocalDoor:
                 return {"revoked": self._desk.revoke(str(request["id"]))}
         except StoreError as error:
             return {"error": str(error)}
-        except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
+        except (ValueError, TypeError, KeyError, OverflowError):
             pass
         return {"error": "no such request; is gazechair pair of the daemon's version?"}
 
@@ -128,7 +129,7 @@ def ask(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
             with _short(folder) as path:
                 door.connect(path)
             door.sendall(json.dumps(request).encode() + b"\n")
-            answer: dict[str, Any] = json.loads(_read_line(door))
+            answer: dict[str, Any] = json_text.parse(_read_line(door))
             return answer
     except (OSError, ValueError) as error:
         raise NotRunning(f"no gazechair run answers at {folder / SOCKET_NAME} ({error})") from None
