@@ -5,14 +5,18 @@ from __future__ import annotations
 import json
 import os
 import socket
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from gazechair.base.told import ToldError
 from gazechair.people.pairing import Paired, local
 from gazechair.people.pairing.local import SOCKET_NAME, LocalDoor, NotRunning, ask
+from gazechair.service import pair
+from gazedemo import pairing
 
 URL = "https://chair.local:8443/pair"
 
@@ -77,6 +81,39 @@ def test_nonsense_is_refused_and_the_door_stays_open(
         except OSError:
             assert len(request_line) > 50_000  # cut off while it still talked
     assert ask(folder, {"ask": "list"}) == {"devices": []}
+
+
+@pytest.mark.parametrize("answer", [b'{"error": "too many are paired"}', b"[]", b"7"])
+def test_a_refusal_is_told_by_all_who_ask(folder: Path, answer: bytes) -> None:
+    folder.mkdir(parents=True)
+    handle = os.open(folder, os.O_RDONLY)
+    with socket.socket(socket.AF_UNIX) as daemon:
+        daemon.bind(f"/proc/self/fd/{handle}/{SOCKET_NAME}")
+        os.close(handle)
+        daemon.listen()
+
+        def serve() -> None:
+            for _ in range(5):
+                client, _address = daemon.accept()
+                client.recv(4096)
+                client.sendall(answer + b"\n")
+                client.close()
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        say: list[str] = []
+        for asks in (
+            lambda: pairing.cookie(folder),
+            lambda: pairing.is_open(folder, "http://x/pair#abc"),
+            lambda: pair.make_code(folder, "driver", say.append),
+            lambda: pair.show_devices(folder, say.append),
+            lambda: pair.revoke(folder, "abc", say.append),
+        ):
+            reason = "too many are paired" if b"error" in answer else "an answer that is none"
+            with pytest.raises(ToldError, match=reason):
+                asks()
+        thread.join(20)
+        assert not say
 
 
 def test_only_its_user_may_open_the_door(door: Any, folder: Path) -> None:

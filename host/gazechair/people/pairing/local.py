@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.base import json_text
+from gazechair.base.told import ToldError
 from gazechair.people.pairing.desk import PairingDesk
 from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.store import ROLES, StoreError
@@ -35,6 +36,10 @@ log = logging.getLogger(__name__)
 
 class NotRunning(Exception):
     """Raised when no daemon listens in that state folder."""
+
+
+class RequestRefused(ToldError):
+    """Raised when the daemon answers with the reason why it did not do it."""
 
 
 class LocalDoor:
@@ -122,17 +127,23 @@ class LocalDoor:
 
 
 def ask(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
-    """Send a request to the daemon of a state folder. Raises NotRunning, also without access."""
+    """The answer of the daemon of a state folder.
+
+    Raises NotRunning, also without access, and RequestRefused.
+    """
     try:
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as door:
             door.settimeout(_DEADLINE_S)
             with _short(folder) as path:
                 door.connect(path)
             door.sendall(json.dumps(request).encode() + b"\n")
-            answer: dict[str, Any] = json_text.parse(_read_line(door))
-            return answer
+            answer = json_text.parse(_read_line(door))
     except (OSError, ValueError) as error:
         raise NotRunning(f"no gazechair run answers at {folder / SOCKET_NAME} ({error})") from None
+    if not isinstance(answer, dict) or "error" in answer:
+        reason = answer["error"] if isinstance(answer, dict) else "an answer that is none"
+        raise RequestRefused(f"gazechair run refuses: {reason}")
+    return answer
 
 
 @contextlib.contextmanager
