@@ -105,8 +105,9 @@ class BoardPlayer:
         assert self._core is not None
         if isinstance(record, Inputs):
             self._play_before(record.tick)
-            recorded = dict(zip(self._layout.inputs, record.words, strict=True))
-            values = [filled(recorded, self._ours.inputs)[name] for name in self._ours.inputs]
+            names = self._ours.inputs
+            found = filled(dict(zip(self._layout.inputs, record.words, strict=True)), names)
+            values = [found[name] for name in names]
             count = len(trace.FIELDS)
             self._core.take(trace.FIELDS, values[:count], values[count:])
         else:
