@@ -15,6 +15,7 @@ import pytest
 from gazechair.base.told import ToldError
 from gazechair.people.pairing import Paired, local
 from gazechair.people.pairing.local import SOCKET_NAME, LocalDoor, NotRunning, ask
+from gazechair.people.pairing.store import StoreError
 from gazechair.service import pair
 from gazedemo import pairing
 
@@ -126,6 +127,23 @@ def test_without_a_daemon_it_says_so(tmp_path: Path) -> None:
         ask(tmp_path, {"ask": "list"})
     with pytest.raises(NotRunning):
         ask(tmp_path / "nowhere", {"ask": "list"})
+
+
+def test_a_folder_in_the_sockets_place_is_set_aside(again: Any, folder: Path) -> None:
+    desk = again(folder)
+    (folder / SOCKET_NAME).mkdir()
+    (folder / SOCKET_NAME / "something").touch()
+    door = LocalDoor(desk, folder, lambda: URL)
+    door.start()
+    assert ask(folder, {"ask": "list"}) == {"devices": []}
+    door.stop()
+    assert [one.name for one in folder.glob("*.damaged/*")] == ["something"]
+
+
+def test_a_file_in_the_place_of_the_state_folder_is_named(tmp_path: Path, again: Any) -> None:
+    (tmp_path / "state").write_text("something")
+    with pytest.raises(StoreError, match=r"state is no folder; move it away"):
+        again(tmp_path / "state")
 
 
 def test_a_socket_left_by_a_killed_daemon_is_replaced(again: Any, folder: Path) -> None:

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.base import json_text
+from gazechair.base.state_folder import set_aside
 from gazechair.base.told import ToldError
 from gazechair.people.pairing.desk import PairingDesk
 from gazechair.people.pairing.one_time import VALID_S
@@ -58,6 +59,8 @@ class LocalDoor:
         """Listen. A folder that cannot be written is only logged: then nobody can be paired."""
         door = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
+            if (self._folder / SOCKET_NAME).is_dir():
+                set_aside(self._folder / SOCKET_NAME)
             with _short(self._folder) as path:
                 with contextlib.suppress(FileNotFoundError):
                     os.unlink(path)

@@ -61,6 +61,8 @@ class DeviceStore:
             text = self._path.read_text(encoding="utf-8-sig", errors="replace")
         except FileNotFoundError:
             return
+        except FileExistsError:
+            raise StoreError(f"{folder} is no folder; move it away") from None
         except OSError as error:
             raise StoreError(f"{self._path}: {error.strerror}; who owns the folder?") from None
         for number, line in enumerate(text.splitlines(), 1):
