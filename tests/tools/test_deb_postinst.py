@@ -118,6 +118,18 @@ def test_an_environment_is_on_the_disk_before_it_counts_as_complete(machine: Mac
     assert (home / "current").resolve() == machine.version
 
 
+def test_the_services_user_may_run_what_was_installed_under_a_strict_umask(
+    machine: Machine,
+) -> None:
+    before = os.umask(0o077)
+    try:
+        machine.install()
+    finally:
+        os.umask(before)
+    made = [machine.version.parent, machine.version, *machine.version.rglob("*")]
+    assert {path for path in made if path.stat().st_mode & 0o044 != 0o044} == set()
+
+
 def test_a_complete_environment_is_not_made_again(machine: Machine) -> None:
     machine.install()
     assert f"python3 -m venv {machine.version}" not in machine.install()
