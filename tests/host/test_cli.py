@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -198,7 +199,7 @@ def test_a_daemon_that_runs_is_to_be_stopped_first(
     assert "sudo systemctl stop gazechair" in finding.do
 
 
-@pytest.mark.parametrize("content", ["[wob]\n", "[input.gone]\nsince = 2026-09-21\n"])
+@pytest.mark.parametrize("content", ["x = 1\n", "[input.gone]\nsince = 2026-09-21\n"])
 def test_a_bad_configuration_is_a_finding(
     devices: dict[str, HealthState], tmp_path: Path, content: str
 ) -> None:
@@ -225,6 +226,44 @@ def test_the_doctor_says_whether_it_records(
     file = tmp_path / "chair.toml"
     file.write_text("[log]\nrecord = false\n")
     assert found(doctor.examine(file), "log").found == "off, as configured"
+
+
+def test_the_doctor_tries_to_write_state_and_log(
+    devices: dict[str, HealthState], tmp_path: Path
+) -> None:
+    file, state = tmp_path / "chair.toml", tmp_path / "state"
+    file.write_text(f'[web]\nstate_folder = "{state}"\n')
+    assert not doctor.failed(doctor.examine(file))
+    assert not state.exists()  # one that root makes is of no use to the host's user
+    state.mkdir()
+    (state / "log").write_text("is set aside")
+    assert not doctor.failed(doctor.examine(file))
+    (state / "log").unlink()
+    (state / "log").symlink_to("/proc/self")  # not even root writes there
+    finding = found(doctor.examine(file), "log")
+    assert (finding.level, finding.found[:21]) == (FAIL, "nothing is recorded: ")
+    assert str(state / "log") in finding.found
+    assert found(doctor.examine(file), "state folder").level == OK
+    file.write_text(f'[web]\nstate_folder = "{file}"\n')
+    finding = found(doctor.examine(file), "state folder")
+    assert (finding.level, finding.found) == (FAIL, f"nothing is kept: {file}: Not a directory")
+
+
+def test_the_doctor_says_that_the_disk_is_full(
+    devices: dict[str, HealthState], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, log = tmp_path / "chair.toml", tmp_path / "log"
+    file.write_text(f'[web]\nstate_folder = "{tmp_path}"\n')
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=99 << 20))
+    findings = doctor.examine(file)
+    assert found(findings, "state folder").level == WARN
+    assert "only 99 MB are free" in found(findings, "state folder").found
+    assert found(findings, "log").level == FAIL
+    assert "less than 100 MB of the disk are free" in found(findings, "log").found
+    log.mkdir()
+    (log / "000001_x.mcap").write_bytes(bytes(1 << 20))  # the host deletes it then
+    assert found(doctor.examine(file), "log").level == OK
 
 
 def test_the_text_has_a_line_for_each_finding() -> None:

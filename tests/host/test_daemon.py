@@ -19,6 +19,10 @@ from gazelink import codes
 from patience import wait_until
 
 PATIENCE_S = 30
+STATE_FILES = (
+    *("alerts.jsonl", "camera_floor.json", "first_drive.json", "forward.json", "lock"),
+    *("pair.sock", "paired.jsonl", "profiles.json", "speed_cap"),
+)
 
 
 def read_config(port: Path) -> configuration.Config:
@@ -81,6 +85,35 @@ def test_a_page_arms_drives_and_stops_through_all_parts(cable: Any, page: Page) 
     )
     page.say(k="stop")
     wait_until(lambda: cable.heard("command")[-1]["verb"] == codes.STOP, "the stop arrives")
+
+
+@pytest.mark.parametrize("content", [None, b"", b"\xff" * 10_000])
+def test_a_driver_drives_whatever_is_in_the_place_of_the_files_of_the_state_folder(
+    cable: Any, content: bytes | None
+) -> None:
+    """Content, or a folder: that is set aside, with what is in it."""
+    state = cable.path.parent / "state"
+    for name in STATE_FILES:
+        file = state / name
+        if content is None:
+            file.mkdir(parents=True)
+            (file / "something").write_text(name)
+        else:
+            state.mkdir(exist_ok=True)
+            file.write_bytes(content)
+    daemon = Daemon(read_config(cable.path))
+    daemon.start()
+    try:
+        page = Page(daemon.url, {"Cookie": cookie(state)})
+        wait_until(lambda: page.saw(board="ok", state="disarmed"), "the board is seen")
+        page.say(k="arm", token=page.state["token"])
+        wait_until(lambda: page.saw() and cable.heard("order"), "the order to arm arrives")
+        page.close()
+    finally:
+        daemon.stop()
+    if content is None:
+        left = {file.read_text() for file in state.rglob("something")}
+        assert left == set(STATE_FILES)
 
 
 def test_a_pulled_cable_is_told_to_the_page_and_found_again(cable: Any, page: Page) -> None:

@@ -19,7 +19,7 @@ import pytest
 
 from gazechair.board import ports
 from gazechair.service import hotspot
-from gazedeb import package
+from gazedeb import __main__, package
 from gazedeb.udev import rules
 from gazesetup import NotAvailable
 from gazesetup.apt import debian_archives
@@ -110,6 +110,26 @@ def test_each_package_is_locked_by_the_hash_of_its_file(tmp_path: Path) -> None:
     assert other.startswith("other==2.0 --hash=sha256:")
     assert other.count("--hash") == 2
     assert thing.startswith("some_thing==1.0 --hash=sha256:7692c3ad3540bb803c020b3aee66cd88")
+
+
+def test_the_services_user_may_read_what_was_packed_under_a_strict_umask(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def build(_version: str, folder: Path) -> Path:
+        package._lay_out(folder, "1.0")
+        return folder
+
+    monkeypatch.setattr(__main__, "build", build)
+    monkeypatch.setattr(__main__, "ROOT", tmp_path)
+    monkeypatch.setattr(__main__, "version_of", lambda _: "1.0")
+    before = os.umask(0o077)
+    try:
+        assert __main__.main() == 0
+    finally:
+        os.umask(before)
+    made = [*(tmp_path / "build").rglob("*")]
+    assert made
+    assert {path for path in made if path.stat().st_mode & 0o044 != 0o044} == set()
 
 
 @pytest.fixture
@@ -273,7 +293,7 @@ def test_it_installs_offline_serves_is_upgraded_and_goes_back(root: Root, debs: 
     assert took_cpu_s < INSTALLED_S
 
     config = root.folder / "etc/gazechair/gazechair.toml"
-    config.write_text(config.read_text().replace('language = "nl"', 'language = "en"'))
+    config.write_text(config.read_text().replace('#language = "nl"', 'language = "en"'))
     state = root.folder / "var/lib/gazechair"
     kept = {path: path.read_bytes() for path in state.rglob("*") if path.is_file()}
     assert state / "tls" / "host.key" in kept

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -18,6 +20,7 @@ STAND_INS = {
     "usermod": "true",
     "install": 'for last; do :; done; mkdir -p "$last"',
     "sync": "true",
+    "chgrp": "true",
     "systemctl": "true",
     "udevadm": "true",
     "nmcli": "exit 8",  # NetworkManager does not run
@@ -48,7 +51,7 @@ class Machine:
             ("gazechair-version", "usr/sbin"),
         ):
             text = (FILES / name).read_text().replace("@VERSION@", self.version.name)
-            for top in ("/opt/", "/var/lib/", "/usr/sbin/gaze", "/run/systemd", "/etc/Net"):
+            for top in ("/opt/", "/var/lib/", "/usr/sbin/gaze", "/run/systemd", "/etc/"):
                 text = text.replace(top, f"{folder}{top}")
             path = folder / place
             if place != name:
@@ -115,6 +118,18 @@ def test_an_environment_is_on_the_disk_before_it_counts_as_complete(machine: Mac
     assert (home / "current").resolve() == machine.version
 
 
+def test_the_services_user_may_run_what_was_installed_under_a_strict_umask(
+    machine: Machine,
+) -> None:
+    before = os.umask(0o077)
+    try:
+        machine.install()
+    finally:
+        os.umask(before)
+    made = [machine.version.parent, machine.version, *machine.version.rglob("*")]
+    assert {path for path in made if path.stat().st_mode & 0o044 != 0o044} == set()
+
+
 def test_a_complete_environment_is_not_made_again(machine: Machine) -> None:
     machine.install()
     assert f"python3 -m venv {machine.version}" not in machine.install()
@@ -171,6 +186,62 @@ def test_a_version_before_that_does_not_start_is_refused(machine: Machine) -> No
     assert "version 1.0" in ended.stderr
     assert "does not start" in ended.stderr
     assert (first.parent / "current").resolve() == machine.version
+
+
+def configured(machine: Machine, content: str) -> Path:
+    """The machine's configuration, which the version in use has accepted."""
+    file = machine.version.parents[2] / "etc/gazechair/gazechair.toml"
+    file.parent.mkdir(parents=True)
+    file.write_text(content)
+    return file
+
+
+def with_hosts_python(version: Path) -> None:
+    """Has `version` read configurations as this host does."""
+    path = os.pathsep.join(sys.path)
+    (version / "bin/python").write_text(
+        f'#!/bin/sh\n[ "$1" = -I ] && shift\nPYTHONPATH={path} exec {sys.executable} "$@"\n'
+    )
+
+
+@pytest.mark.parametrize("words", [("back",), ("use", "1.0")])
+def test_a_version_that_refuses_the_configuration_is_refused_with_the_line(
+    machine: Machine, words: tuple[str, ...]
+) -> None:
+    machine.install()
+    with_hosts_python(machine.version)
+    machine.upgrade("2.0")
+    file = configured(machine, '[web]\nhost = "0.0.0.0"\nof_2_0 = true\n')
+    ended = machine.change(*words)
+    assert ended.returncode == 2
+    assert "version 1.0 refuses the configuration; 2.0 stays\n" in ended.stderr
+    assert f"{file}:3: web.of_2_0 is no setting" in ended.stderr
+    assert machine.version.with_name("current").resolve() == machine.version
+    file.write_text(file.read_text().replace("of_2_0", "#of_2_0"))
+    assert machine.change(*words).returncode == 0
+
+
+def test_a_version_before_accepts_the_packages_own_configuration(machine: Machine) -> None:
+    """Also that of a later package: it sets nothing that a version could lack."""
+    machine.install()
+    with_hosts_python(machine.version)
+    machine.upgrade("2.0")
+    newer = package._configuration() + "# a new table\n[newer]\n# a new setting\n#of_2_0 = true\n"
+    configured(machine, newer)
+    assert machine.change("back").returncode == 0
+
+
+def test_an_upgrade_that_refuses_the_configuration_keeps_the_version_that_runs(
+    machine: Machine,
+) -> None:
+    machine.install()
+    first = machine.version
+    newer = shutil.copytree(first, first.with_name("2.0"))
+    with_hosts_python(newer)
+    configured(machine, "[of_1_0]\nx = 1\n")
+    with pytest.raises(subprocess.CalledProcessError):
+        machine.upgrade("2.0")
+    assert first.with_name("current").resolve() == first
 
 
 REMOVE = (("prerm", "remove"), ("postrm", "remove"))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gazechair.people.pairing.local import NotRunning
+from gazechair.people.pairing.local import NotRunning, RequestRefused
 from gazedemo import demo
 from gazedemo.stack import StackError
 
@@ -17,7 +17,7 @@ SLOW = NotRunning("no gazechair run answers")
 class Stack:
     """Its host answers each question with the next of `answers`, and ends after the last."""
 
-    def __init__(self, answers: list[str | bool | NotRunning]) -> None:
+    def __init__(self, answers: list[str | bool | Exception]) -> None:
         self.answers = answers
         self.state_folder = Path()
 
@@ -36,7 +36,7 @@ class Stack:
 
     def answer(self, *_question: object) -> str | bool:
         answer = self.answers.pop(0)
-        if isinstance(answer, NotRunning):
+        if isinstance(answer, Exception):
             raise answer
         return answer
 
@@ -51,7 +51,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def run(
-    monkeypatch: pytest.MonkeyPatch, *answers: str | bool | NotRunning, config: Path | None = None
+    monkeypatch: pytest.MonkeyPatch, *answers: str | bool | Exception, config: Path | None = None
 ) -> int:
     """The demo's exit code."""
     stack = Stack([*answers])
@@ -76,6 +76,13 @@ def test_without_any_answer_it_says_so_in_one_line(
 ) -> None:
     assert run(monkeypatch, SLOW) == 2
     assert capsys.readouterr().err == "tools/demo: no gazechair run answers\n"
+
+
+def test_a_refusal_of_the_host_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, RequestRefused("gazechair run refuses: too many codes")) == 2
+    assert capsys.readouterr().err == "tools/demo: gazechair run refuses: too many codes\n"
 
 
 def test_a_configuration_that_is_no_text_is_refused_in_one_line(

@@ -163,6 +163,44 @@ def test_a_press_that_never_reaches_the_wipers_falls_short() -> None:
     assert alerts._to_wipers_ms(5.0, [still], stalled) == []
 
 
+@pytest.mark.parametrize("delivers", [("anna", "bert"), ("anna",), ()])
+def test_a_flood_of_which_a_route_delivers_nothing_falls_short(
+    delivers: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_s = [100.0]
+    pressed_s = [0.0]
+
+    def sleep(seconds: float) -> None:
+        now_s[0] += seconds
+
+    def press() -> float:
+        pressed_s[0] = now_s[0]
+        return now_s[0]
+
+    clock = SimpleNamespace(monotonic=lambda: now_s[0], sleep=sleep)
+    monkeypatch.setattr(alerts, "time", clock)
+    target = alerts.Target()
+    target._server.server_close()
+
+    def call(on: bool = True) -> float:
+        if on and now_s[0] > 101.0 and not target.heard:
+            target.heard.extend((name, now_s[0]) for name in delivers)
+        return now_s[0]
+
+    row = {"number": 1, "state": "open"}
+    calls = SimpleNamespace(alerts=lambda **_: [row], call=call, seen=lambda: True)
+    wipers = SimpleNamespace(
+        do=lambda *_, **__: {"last": 0, "entries": [[0, pressed_s[0] + 0.01, 0, 0]]}
+    )
+    stack = SimpleNamespace(control=lambda: wipers)
+    driver = SimpleNamespace(arm=lambda: None, press=press, release=lambda: None)
+    calm = SimpleNamespace(stalled=lambda *_: False)
+    report = Report("")
+    alerts._flood(report, stack, calls, driver, target, calm, 10.0)  # type: ignore[arg-type]
+    short = [figure.name.strip() for figure in report.figures if not figure.ok]
+    assert short == ["both routes have delivered"] * (len(delivers) < 2)
+
+
 def test_restarts_are_due_to_faults_of_the_daemon() -> None:
     for how, aborted, due in (("killed", 0, 1), ("stopped", 1, 1), ("starved", 0, 0)):
         assert real.restarts_due(Fault(DAEMON, how), aborted) == due

@@ -14,10 +14,11 @@ import pytest
 from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazeboard.core.motion import Motion
+from gazeboard.io import trace as board
 from gazechair.blackbox.reader import Line, LogFile
-from gazelink import VERSION, codes, frame, messages
+from gazelink import VERSION, arcs, codes, frame, messages
 from gazelink.settings_table import NO_CASTERS_Q4_DEG, index_of, profile_row
-from gazereplay import as_test, board_trace, command
+from gazereplay import as_test, board_trace, command, trace
 from gazereplay.board_trace import STATE, TRACE, BoardPlayer
 from gazereplay.replay import of_trace, replay
 from gazereplay.result import NoTrace, Result
@@ -140,7 +141,7 @@ def test_a_drive_that_cannot_be_kept_leaves_the_one_before(
     before = kept.read_bytes()
 
     def full(_path: Path) -> Iterator[Line]:
-        yield next(of_trace(kept))
+        yield next(of_trace(LogFile(kept)))
         raise OSError("no space left")
 
     monkeypatch.setattr(as_test, "of_trace", full)
@@ -152,7 +153,7 @@ def test_a_drive_that_cannot_be_kept_leaves_the_one_before(
 
 @pytest.mark.parametrize("every", [15, 50, 150])
 def test_after_lost_frames_nothing_is_pretended(every: int, recorded: Any) -> None:
-    lines = list(of_trace(recorded(faults)))
+    lines = list(of_trace(LogFile(recorded(faults))))
     whole = play(lines)
     traces = [line for line in lines if line.topic == TRACE]
     lost = set(map(id, traces[every::every]))
@@ -169,7 +170,7 @@ def test_after_a_gap_it_goes_on_with_the_next_snapshot(tmp_path: Path) -> None:
         chair.press(verb)
         chair.run(1000)
         chair.link.protocol._trace_due_s = chair.now_s()
-    lines = list(of_trace(chair.close()))
+    lines = list(of_trace(LogFile(chair.close())))
     at = [k for k, line in enumerate(lines) if line.topic == TRACE]
     lost = set(at[len(at) // 2 : len(at) // 2 + 3])
     result = play(line for k, line in enumerate(lines) if k not in lost)
@@ -188,7 +189,7 @@ def test_a_drive_from_its_middle_on(tmp_path: Path) -> None:
     chair.run(300)
     chair.link.protocol._trace_due_s = chair.now_s()
     chair.run(700)
-    lines = list(of_trace(chair.close()))
+    lines = list(of_trace(LogFile(chair.close())))
     for k in range(0, len(lines), len(lines) // 12):
         for part in (lines[k:], lines[:k]):
             result = play(part)
@@ -264,6 +265,32 @@ def test_another_version_of_the_core_takes_kept_drives_only(
     assert replay(again) == replay(kept)
 
 
+def test_a_core_with_more_inputs_takes_kept_drives_when_it_knows_what_is_neutral(
+    recorded: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    before = replay(kept)
+    fields = (*board.FIELDS[:5], "newer", *board.FIELDS[5:])
+    monkeypatch.setattr(board, "FIELDS", fields)
+    monkeypatch.setattr(board, "WORDS", board.WORDS + 1)
+    with pytest.raises(NoTrace, match=r"no such inputs, which this core needs: newer$"):
+        replay(kept)
+    monkeypatch.setitem(trace.NEUTRAL, "newer", 7)
+    assert replay(kept) == before
+    assert before.compared > 100
+    again = as_test.keep(kept, "again", tmp_path)
+    assert replay(again) == before
+
+
+def test_a_core_with_other_arcs_names_them(
+    recorded: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    monkeypatch.setattr(arcs, "SIZE", arcs.SIZE + 1)
+    with pytest.raises(NoTrace, match=r"no such inputs, which this core needs: arcs$"):
+        replay(kept)
+
+
 @pytest.mark.parametrize(
     ("ours", "says"),
     [
@@ -285,7 +312,7 @@ def test_another_version_with_as_many_words_takes_kept_drives_only(
 def test_a_log_that_does_not_tell_its_version_says_so(
     recorded: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: Any
 ) -> None:
-    lines = [line for line in of_trace(recorded(drive)) if line.topic != board_trace.HELLO]
+    lines = [line for line in of_trace(LogFile(recorded(drive))) if line.topic != board_trace.HELLO]
     result = play(lines)
     assert (result.unnamed, result.difference) == (True, None)
     assert not replay(recorded(drive)).unnamed
@@ -296,7 +323,7 @@ def test_a_log_that_does_not_tell_its_version_says_so(
 
 
 def test_a_trace_without_reports_of_its_board_is_refused(recorded: Any, monkeypatch: Any) -> None:
-    lines = [line for line in of_trace(recorded(drive)) if line.topic != STATE]
+    lines = [line for line in of_trace(LogFile(recorded(drive))) if line.topic != STATE]
     assert play(lines).ticks > 100
     monkeypatch.setattr("gazereplay.replay.of_trace", lambda _path: lines)
     with pytest.raises(NoTrace, match="no decision to compare with"):
@@ -305,7 +332,7 @@ def test_a_trace_without_reports_of_its_board_is_refused(recorded: Any, monkeypa
 
 def test_damaged_words_never_raise(recorded: Any) -> None:
     """A byte of each frame in turn is another: found, or a gap, but no error."""
-    lines = list(of_trace(recorded(restart)))
+    lines = list(of_trace(LogFile(recorded(restart))))
 
     def damaged() -> Iterator[Any]:
         for k, line in enumerate(lines):

@@ -278,13 +278,32 @@ def test_a_cut_trace_is_played_up_to_the_cut(recorded: Any, tmp_path: Path) -> N
         result = replay(cut)
         assert result.difference is None
         assert 0 < result.ticks < replay(whole).ticks
+        assert "cut.mcap is readable up to 2026-09-21 " in result.ending
+    assert not replay(whole).ending
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_it_says_where_a_log_ends_early(
+    recorded: Any, tmp_path: Path, capsys: Any, damaged: bool
+) -> None:
+    data = bytearray(recorded(tour).read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    cut, picture = tmp_path / "cut.mcap", tmp_path / "drive.svg"
+    cut.write_bytes(data if damaged else data[: len(data) // 2])
+    for words in (["replay", str(cut)], ["replay", str(cut), "--view", str(picture)]):
+        assert command_line(words) == 0
+        assert capsys.readouterr().out.count("cut.mcap is readable up to 2026-09-21 ") == 1
+    cut.write_bytes(data[:2000])
+    assert command_line(["replay", str(cut)]) == 2
+    assert "no trace of the board's ticks" in (said := capsys.readouterr().err)
+    assert "cut.mcap is not readable and ends there" in said
 
 
 def test_a_drive_without_decisions_to_compare_with_is_refused(
     recorded: Any, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = recorded(cable)
-    whole = of_trace(path)
+    whole = of_trace(LogFile(path))
     lines = [line for line in whole if line.topic != trace.DECISION]
     monkeypatch.setattr("gazereplay.replay.of_trace", lambda _path: lines)
     with pytest.raises(NoTrace, match="no decision to compare with"):
@@ -296,12 +315,15 @@ def test_a_drive_without_decisions_to_compare_with_is_refused(
 def test_a_drive_of_an_older_version_is_replayed(
     recorded: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What its trace lacks is 0, or not compared."""
+    """What its trace lacks changes no decision, or the drive is refused; or it is not compared."""
     path = recorded(cable)
     monkeypatch.setattr(trace, "TAKEN", (*trace.TAKEN, "newer"))
     monkeypatch.setattr(trace, "DECIDED", (*trace.DECIDED, "newer"))
     decision = trace.decision
     monkeypatch.setattr(trace, "decision", lambda *of: (*decision(*of), 1))
+    with pytest.raises(NoTrace, match=r"no such inputs, which this core needs: newer$"):
+        replay(path)
+    monkeypatch.setitem(trace.NEUTRAL, "newer", 7)
     assert replay(path).difference is None
 
 
@@ -318,12 +340,11 @@ def test_a_log_without_a_trace_is_refused(tmp_path: Path, capsys: Any) -> None:
     assert command_line(["replay", str(path)]) == 2
     assert "no trace" in capsys.readouterr().err
     words = ["replay", str(path), "--view", str(tmp_path / "drive.svg")]
-    assert command_line(words) == 0
-    assert command_line([*words, "--as-test", "drive"]) == 2
-    assert "no trace" in capsys.readouterr().err
+    assert command_line(words) == 2
+    assert "has no state of a board to draw" in capsys.readouterr().err
+    assert not (tmp_path / "drive.svg").exists()
     assert command_line(["replay", str(tmp_path / "none.mcap")]) == 2
     assert "none.mcap: No such file" in capsys.readouterr().err
-    (tmp_path / "drive.svg").unlink()
     (tmp_path / "notes.txt").write_text("no log")
     assert command_line(["replay", str(tmp_path / "notes.txt"), *words[2:]]) == 2
     assert "notes.txt is no log" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -11,6 +12,7 @@ from gazesetup import ROOT, NotAvailable
 
 def main() -> int:
     """The exit code: 0 built, 2 cannot build."""
+    os.umask(0o022)  # the service's user reads what is packed
     try:
         print(build(version_of(ROOT), ROOT / "build"))
     except (NotAvailable, OSError, subprocess.CalledProcessError) as error:

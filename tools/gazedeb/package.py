@@ -128,9 +128,9 @@ def _lay_out(root: Path, version: str) -> None:
 
 
 def _configuration() -> str:
-    """The defaults, except that the page is reachable from the network."""
+    """Sets only what differs from the defaults: the page is reachable from the network."""
     text = configuration.annotated_default()
-    default = 'host = "127.0.0.1"'
+    default = '#host = "127.0.0.1"'
     assert text.count(default) == 1
     return text.replace(default, 'host = "0.0.0.0"')
 

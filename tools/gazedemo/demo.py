@@ -16,7 +16,7 @@ import webbrowser
 from typing import Any
 
 import gazesetup
-from gazechair.people.pairing.local import NotRunning
+from gazechair.people.pairing.local import NotRunning, RequestRefused
 from gazedemo import ending, home, pairing
 from gazedemo.stack import Stack, StackError
 
@@ -30,7 +30,7 @@ def demo(arguments: argparse.Namespace) -> int:
         if arguments.check:
             return _check(arguments)
         return _show(arguments)
-    except (gazesetup.NotAvailable, StackError, NotRunning, OSError) as error:
+    except (gazesetup.NotAvailable, StackError, NotRunning, RequestRefused, OSError) as error:
         print(f"tools/demo: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -54,7 +54,7 @@ def _interpreter() -> str:
 
 def _show(arguments: argparse.Namespace) -> int:
     try:
-        more = arguments.config.read_text("utf-8") if arguments.config else ""
+        more = arguments.config.read_text("utf-8-sig") if arguments.config else ""
     except UnicodeDecodeError:
         raise StackError(f"{arguments.config} is not text in UTF-8") from None
     with _stack(arguments, port=arguments.port, more_config=more) as stack:

@@ -12,20 +12,20 @@ _LIMIT_S = 20.0
 
 
 def invitation(state_folder: Path, role: str = "driver", language: str = "") -> str:
-    """An address that pairs the first browser to open it. Raises NotRunning without a host."""
+    """An address that pairs the first browser to open it. Raises NotRunning, RequestRefused."""
     made = ask(state_folder, {"ask": "code", "role": role, "valid_s": LONGEST_VALID_S})
     query = f"?lang={language}" if language else ""
     return f"{made['url']}{query}#{made['code']}"
 
 
 def is_open(state_folder: Path, address: str) -> bool:
-    """True while no browser has used that address. Raises NotRunning without a host."""
+    """True while no browser has used that address. Raises NotRunning, RequestRefused."""
     code = address.partition("#")[2]
     return bool(ask(state_folder, {"ask": "open", "code": code})["open"])
 
 
 def cookie(state_folder: Path, role: str = "driver", name: str = "program") -> str:
-    """The Cookie header of a newly paired device. Raises NotRunning, OSError."""
+    """The Cookie header of a newly paired device. Raises NotRunning, RequestRefused, OSError."""
     address, _, code = invitation(state_folder, role).partition("#")
     request = urllib.request.Request(
         address,

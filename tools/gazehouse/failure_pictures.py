@@ -22,7 +22,7 @@ _PHONE = (390, 844)
 _LIMIT_S = 60.0
 _HELD_S = 4.0
 # Faults of the computer itself, in all of the host's processes.
-_FULL = "import gazechair.blackbox.writer as writer\nwriter._KEPT_FREE = 1 << 60\n"
+_FULL = "import gazechair.blackbox.writer as writer\nwriter.KEPT_FREE = 1 << 60\n"
 _HOT = """\
 from pathlib import Path
 import gazechair.base.machine as machine

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import os
 import re
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from mcap.writer import Writer
 
-from gazereplay.board_trace import TRACE
-from gazereplay.core import layouts
+from gazechair.blackbox.reader import LogFile
+from gazereplay.board_trace import TRACE, Layout
 from gazereplay.replay import kept_layout, of_trace
 from gazesetup.paths import ROOT
 
@@ -35,9 +36,9 @@ def keep(path: Path, name: str, folder: Path = FOLDER) -> Path:
     finally:
         fresh.unlink(missing_ok=True)
     if traced:
-        # The names of a snapshot's words, so that a core with other words can use it, too.
-        layout = kept_layout(path) or layouts()[0]
-        target.with_suffix(".json").write_text(json.dumps(layout))
+        # The names of its words, so that a core with other words can use it, too.
+        layout = kept_layout(path) or Layout.ours()
+        target.with_suffix(".json").write_text(json.dumps(asdict(layout)))
     return target
 
 
@@ -47,7 +48,7 @@ def _copy(path: Path, target: Path) -> bool:
         writer: Any = Writer(file)
         writer.start(profile="ros2", library="gazechair")
         channels: dict[str, int] = {}
-        for line in of_trace(path):
+        for line in of_trace(LogFile(path)):
             if line.topic not in channels:
                 schema = writer.register_schema(line.type_name, "ros2msg", line.schema.data)
                 channels[line.topic] = writer.register_channel(line.topic, "cdr", schema)

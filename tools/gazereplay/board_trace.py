@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from gazeboard.io import joystick, trace
 from gazeboard.io.settings import Settings
 from gazechair.blackbox.reader import Line
-from gazelink import VERSION, codes, frame
+from gazelink import VERSION, arcs, codes, frame
 from gazelink.settings_table import NAMES
 from gazereplay.core import Core, layouts, without_casters
 from gazereplay.result import Difference, NoTrace, Result
 from gazereplay.stream import Inputs, Record, Silent, Snapshot, Stream
-from gazereplay.trace import DECIDED
+from gazereplay.trace import DECIDED, filled
 
 HELLO, STATE, TRACE = "/board/hello", "/board/state", "/board/trace"
 TOPICS = (HELLO, STATE, TRACE)
@@ -35,14 +36,31 @@ class _Pace:
         return self.missed_ms
 
 
+@dataclass(frozen=True)
+class Layout:
+    """The names of the words in a board's trace."""
+
+    snapshot: Sequence[str]
+    """Of a chair whose casters turn it further."""
+    inputs: Sequence[str]
+
+    @classmethod
+    def ours(cls) -> Layout:
+        """Of this version's firmware."""
+        ways = (f"arcs {k}/{arcs.SIZE}" for k in range(arcs.SIZE))
+        return cls(layouts()[0], [*trace.FIELDS, *ways])
+
+
 class BoardPlayer:
     """Takes the messages of a log in order; stops at the first difference."""
 
-    def __init__(self, layout: Sequence[str] = ()) -> None:
-        """`layout`: that of the snapshots, if another version may have made them."""
-        self._layout = layout
+    def __init__(self, kept: Layout | None = None) -> None:
+        """`kept`: the layout that is known to be this log's; None: the one of its version."""
+        self._kept = kept is not None
+        self._ours = Layout.ours()
+        self._layout = kept or self._ours
         self.result = Result()
-        self._stream = Stream()
+        self._stream = self._new_stream()
         self._life: tuple[int, int] | None = None  # boot, session
         self._version: tuple[tuple[int, ...], int] | None = None  # and hash of its table
         self._boots: list[int | None] = []
@@ -66,13 +84,16 @@ class BoardPlayer:
             if message.role == codes.ROLE_BOARD and life != self._life:
                 self._life = life
                 self._version = (message.major, message.minor, message.patch), message.schema_hash
-                self._stream = Stream()
+                self._stream = self._new_stream()
                 self._states.clear()
         elif line.topic == TRACE:
             for record in self._stream.frame(message.part, message.begins, bytes(message.data)):
                 self._take(record)
                 if self.result.difference is not None:
                     return
+
+    def _new_stream(self) -> Stream:
+        return Stream(len(self._layout.inputs))
 
     def _take(self, record: Record) -> None:
         if isinstance(record, Snapshot):
@@ -84,8 +105,11 @@ class BoardPlayer:
         assert self._core is not None
         if isinstance(record, Inputs):
             self._play_before(record.tick)
-            values, arcs = record.words[: len(trace.FIELDS)], record.words[len(trace.FIELDS) :]
-            self._core.take(trace.FIELDS, values, arcs)
+            names = self._ours.inputs
+            found = filled(dict(zip(self._layout.inputs, record.words, strict=True)), names)
+            values = [found[name] for name in names]
+            count = len(trace.FIELDS)
+            self._core.take(trace.FIELDS, values[:count], values[count:])
         else:
             self._play_before(record.tick - _missed_ms(record.bits))
             self._around = record.bits
@@ -95,7 +119,7 @@ class BoardPlayer:
             self._play_before(snapshot.tick + 1)
             return
         boot = self._life[0] if self._life else None
-        if not self._layout:
+        if not self._kept:
             self._know_words()
         if not self._boots or self._boots[-1] != boot:
             self._boots.append(boot)
@@ -104,7 +128,7 @@ class BoardPlayer:
             self.result.unchecked += max(0, snapshot.tick - self._tick)
             self.result.gaps += 1
         self._pace = _Pace()
-        self._core = _core(snapshot.words, self._layout, self._pace)
+        self._core = _core(snapshot.words, self._layout.snapshot, self._pace)
         self._around = snapshot.around
         self._tick = snapshot.tick
         self._silent.clear()
@@ -155,7 +179,8 @@ class BoardPlayer:
             if behind < 0:
                 continue
             recorded = _told(state)
-            ours = self._tell(now)
+            # What an older version did not report is not compared.
+            ours = {name: value for name, value in self._tell(now).items() if name in recorded}
             self.result.compared += 1
             if recorded != ours:
                 self.result.difference = Difference(
@@ -181,7 +206,6 @@ _NAMES = tuple(name for name in DECIDED if name != "toggled")  # not in a STATE
 def _core(words: Sequence[int], layout: Sequence[str], pace: _Pace) -> Core:
     """The core in the snapshot's state; raises NoTrace."""
     settings = Settings()
-    layout = layout or layouts()[0]
     if len(layout) != len(words):
         layout = without_casters(layout)
     if len(layout) != len(words):
@@ -204,7 +228,7 @@ def _words(version: Sequence[int]) -> str:
 
 def _told(state: Any) -> dict[str, int]:
     told = {"state": state.status & 15, "motion": state.status >> 4}
-    return told | {name: getattr(state, name) for name in _NAMES[2:]}
+    return told | {name: getattr(state, name) for name in _NAMES[2:] if hasattr(state, name)}
 
 
 def _missed_ms(bits: int) -> int:

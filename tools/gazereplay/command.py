@@ -34,10 +34,15 @@ def _replay(options: argparse.Namespace) -> int:
     except ImportError as error:
         return refuse(f"replay needs an extra: pip install 'gazechair[log]' ({error})")
     try:
+        ending = ""
         if options.view:
             file = LogFile(options.file)
             file.check()
-            view.draw(view.follow(file.lines()), options.view)
+            drive = view.follow(file.lines())
+            ending = file.ending()
+            if not drive.events:
+                return refuse(f"{options.file} has no state of a board to draw. {ending}".strip())
+            view.draw(drive, options.view)
             print(f"drawn in {options.view}")
         result = replay(options.file)
     except OSError as error:
@@ -55,6 +60,8 @@ def _replay(options: argparse.Namespace) -> int:
     if result.gaps:
         gaps = f"{result.gaps} gap{'s' if result.gaps > 1 else ''}"
         print(f"{gaps}: {result.unchecked} ticks not checked, as the trace lacks what they took")
+    if ending := ending or result.ending:
+        print(ending)
     if result.unnamed:
         print("this log does not tell its board's version, which may have another core than this")
     if result.difference is not None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Container, Iterator
 from pathlib import Path
 
 from gazeboard.io.settings import Settings
+from gazechair.base import json_text
 from gazechair.blackbox.reader import Line, LogFile
 from gazelink import codes
 from gazereplay import trace
-from gazereplay.board_trace import TOPICS, BoardPlayer
+from gazereplay.board_trace import TOPICS, BoardPlayer, Layout
 from gazereplay.core import Core
 from gazereplay.result import Difference, NoTrace, Result
 from gazereplay.trace import Taken
@@ -72,36 +72,44 @@ class Player:
             result.armed += now["state"] == codes.ARMED
 
 
-def of_trace(path: Path) -> Iterator[Line]:
+def of_trace(file: LogFile) -> Iterator[Line]:
     """The messages of a log for its replay: of a board in virtual time, or as a board sent them."""
     topics: Container[str] = TOPICS
-    if any(line.topic == trace.START for line in LogFile(path).lines()):
+    if any(line.topic == trace.START for line in file.lines()):
         topics = trace.DEFINITIONS
-    return (line for line in LogFile(path).lines() if line.topic in topics)
+    return (line for line in file.lines() if line.topic in topics)
 
 
-def kept_layout(path: Path) -> list[str]:
-    """The names of the snapshots' words that as_test stored with a drive; [] for other logs."""
+def kept_layout(path: Path) -> Layout | None:
+    """The names that as_test stored with a drive; None for other logs."""
     try:
-        names = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):  # none, or something else of that name: an exported log
-        return []
-    strings = isinstance(names, list) and all(isinstance(name, str) for name in names)
-    return names if strings else []
+        names = json_text.parse(path.with_suffix(".json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):  # none, or another of that name: an exported log
+        return None
+    if isinstance(names, list):  # without the inputs' names, which were these
+        names = {"snapshot": names, "inputs": Layout.ours().inputs}
+    if not isinstance(names, dict) or set(names) != {"snapshot", "inputs"}:
+        return None
+    lists = all(isinstance(one, list) for one in names.values())
+    strings = lists and all(isinstance(name, str) for one in names.values() for name in one)
+    return Layout(**names) if strings else None
 
 
 def replay(path: Path) -> Result:
     """Replay the log at `path`. Raises NoTrace when it has no trace, or none to compare with."""
     player: Player | BoardPlayer = BoardPlayer(kept_layout(path))
-    for line in of_trace(path):
+    file = LogFile(path)
+    for line in of_trace(file):
         if line.topic in trace.DEFINITIONS and isinstance(player, BoardPlayer):
             player = Player()
         player.hear(line)
         if player.result.difference is not None:
             break
-    if not player.result.lives:
-        raise NoTrace("it has no trace of the board's ticks; see docs/log.md, Replay")
     result = player.result
+    result.ending = "" if result.difference is not None else file.ending()
+    cut = f"; {result.ending}" if result.ending else ""
+    if not result.lives:
+        raise NoTrace(f"it has no trace of the board's ticks; see docs/log.md, Replay{cut}")
     if not result.compared and result.difference is None:
-        raise NoTrace("its trace has no decision to compare with")
+        raise NoTrace(f"its trace has no decision to compare with{cut}")
     return result

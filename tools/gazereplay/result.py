@@ -49,6 +49,8 @@ class Result:
     unchecked: int = 0
     """Ticks in those: the trace lacks their inputs."""
     difference: Difference | None = None
+    ending: str = ""
+    """Up to where the log is readable that has no end; "" for a finished one."""
     unnamed: bool = False
     """The log does not tell the version of its board's firmware; this one's was assumed."""
 

@@ -56,14 +56,16 @@ class _Short(Exception):
 class Stream:
     """One board's frames in order; after a missing one, yields nothing until the next snapshot."""
 
-    def __init__(self) -> None:
+    def __init__(self, inputs: int = trace.WORDS) -> None:
+        """`inputs`: how many words the inputs of that board have."""
+        self._inputs_size = inputs
         self._part: int | None = None
         self._buffer = bytearray()
         self._at = 0
         self._read = False  # in sync with the records
         self._broken = True
         self._tick = 0
-        self._inputs = [0] * trace.WORDS
+        self._inputs = [0] * inputs
 
     def frame(self, part: int, begins: int, data: bytes) -> Iterator[Record]:
         """The records that are complete with this frame."""
@@ -103,13 +105,13 @@ class Stream:
             around = self._number()
             words = self._words(self._number(), lag=2, old=[])
             self._broken = False
-            self._inputs = [0] * trace.WORDS
+            self._inputs = [0] * self._inputs_size
             return Snapshot(ticks, lost, around, tuple(words))
         if self._broken:
             raise ValueError("no snapshot where one was to begin")
         tick = self._near(ticks)
         if kind == trace.INPUTS:
-            words = self._words(trace.WORDS, lag=0, old=self._inputs)
+            words = self._words(self._inputs_size, lag=0, old=self._inputs)
             self._inputs = words
             return Inputs(tick, tuple(words))
         if kind == trace.AROUND:

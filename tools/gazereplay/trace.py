@@ -6,12 +6,14 @@ one run of the board, from 0.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from gazeboard.core.shared import Inputs
 from gazechair.blackbox import ros
 from gazelink import arcs
+from gazereplay.result import NoTrace
 
 START = "/trace/start"
 SETTINGS = "/trace/settings"
@@ -22,6 +24,9 @@ ENDED = "/trace/ended"
 # Of the tick itself: time since the tick before, contacts, and whether the wipers read back as
 # written.
 AROUND = ("elapsed_us", "relay_closed", "emergency_open", "button_pressed", "verified", "neutral")
+# Inputs that were added to the core later, each with the value that changes no decision: older
+# drives, which lack them, are replayed with it.
+NEUTRAL: dict[str, int] = {}
 # Changes in each tick while the service loop lives: stored as whether it changed.
 ALIVE = "service_count"
 TAKEN = tuple(name for name in Inputs.FIELDS if name != ALIVE)
@@ -82,13 +87,25 @@ class Taken:
 
     @classmethod
     def of(cls, message: Any) -> Taken:
-        """From a message; fields missing in an older version are 0."""
+        """From a message. Raises NoTrace: it lacks a field, which is not NEUTRAL either."""
+        names = (*AROUND, *TAKEN)
+        recorded = {name: getattr(message, name) for name in names if hasattr(message, name)}
+        values = filled(recorded, names)
         return cls(
-            tuple(getattr(message, name, 0) for name in AROUND),
-            tuple(getattr(message, name, 0) for name in TAKEN),
+            tuple(values[name] for name in AROUND),
+            tuple(values[name] for name in TAKEN),
             bytes(message.arcs),
             bool(message.service_alive),
         )
+
+
+def filled(recorded: Mapping[str, int], names: Sequence[str]) -> Mapping[str, int]:
+    """What was recorded, with NEUTRAL. Raises NoTrace if it then still lacks some of `names`."""
+    values = {**NEUTRAL, **recorded}
+    missing = dict.fromkeys(name.split()[0] for name in names if name not in values)
+    if missing:
+        raise NoTrace(f"its board had no such inputs, which this core needs: {', '.join(missing)}")
+    return values
 
 
 def decision(core: Any, toggled: bool) -> tuple[int, ...]:

@@ -77,7 +77,8 @@ class Follower:
 
     def end(self) -> None:
         """No more messages follow."""
-        self._tell(self._last_ns, "end")
+        if self._last_ns:
+            self._tell(self._last_ns, "end")
 
     def _state(self, at_ns: int, state: Any) -> None:
         chair = self._chair

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.alerts.book import OVER
+from gazechair.base import json_text
 from gazechair.base.state_folder import replace_file
 from gazechair.base.throttled_log import ThrottledLog
 
@@ -30,7 +31,7 @@ class Diary:
         """Every alert that can be read."""
         try:
             # Of the ends of lines that Python knows, JSON escapes only some.
-            with self._path.open(encoding="utf-8", errors="replace", newline="\n") as file:
+            with self._path.open(encoding="utf-8-sig", errors="replace", newline="\n") as file:
                 lines = list(file)
         except FileNotFoundError:
             return []
@@ -40,8 +41,8 @@ class Diary:
         found = []
         for number, line in enumerate(lines, 1):
             try:
-                row = json.loads(line)
-            except (ValueError, RecursionError):
+                row = json_text.parse(line)
+            except ValueError:
                 row = None
             if isinstance(row, dict):
                 found.append(row)

@@ -10,6 +10,7 @@ from gazechair.alerts.reasons import (
     AT_ONCE_S,
     EXTRA_S,
     HELP_WANTED,
+    LOST_S,
     OVERRULED,
     PART,
     REASONS,
@@ -21,9 +22,11 @@ MOVED_S = 2.0  # a chair that moved for this long is not stuck
 GAVE_UP_S = 30.0  # after this long without an attempt, the driver does not want to move
 EVENT_S = 600.0  # what is raised at once may be over at once: it stays, to be delivered and read
 STARTING_S = 60.0  # so long after a restart, a part that is starting may still be what it was
-# What keeps failing, and works for a moment in between, lasts: a second of working takes only this
-# many seconds of failing off.
-_FORGETS = 10.0
+# What keeps failing and works in between lasts: so many seconds of failing each second of working
+# takes off. What fails for most of the time for minutes is an alert.
+_FORGETS = 1.0
+_FORGETS_SHORT = 10.0  # of a reason that is an alert within seconds
+_LOOK_S = 1.0  # a longer pause between two looks counts as this much working
 _ENDED_BY_OTHERS = {HELP_WANTED, OVERRULED, TRIED}
 
 
@@ -60,7 +63,7 @@ class Change:
     begins: bool
     detail: str = ""
     since_s: float | None = None
-    """When the reason began; None: now."""
+    """When the reason began, the last time that it did; None: now."""
     another: bool = False
     """An alert that is open is about another event or part: its answer does not count."""
 
@@ -81,8 +84,10 @@ class Watch:
         self._events: set[str] = set()  # open when this host began, and not there then
         self._first_s: float | None = None
         self._looked_s = 0.0
+        self._back_s: dict[str, float] = {}  # since when each fails without a break
         self._since_s: dict[str, float] = {}
         self._lost_since_s: dict[str, float] = {}
+        self._told = {*named}  # in the newest detail
         self._named_s: dict[str, float] = {}  # when a part that the alert names was last lost
         self._gone_s: dict[str, float] = {}  # kept when the alert is over: it ended later
         self._raised: set[str] = set()
@@ -105,6 +110,8 @@ class Watch:
             yield Change(HELP_WANTED, False)
         self._call, self._calls = now.call, now.calls
         yield from self._stuck(now, open_keys, now_s)
+        failing = (*lasting, *now.lost)
+        self._back_s = {key: self._back_s.get(key, now_s) for key in failing}
         self._since_s = self._counted(
             self._since_s, lasting, now_s, lambda key: REASONS[key].lasts_s
         )
@@ -113,7 +120,7 @@ class Watch:
             if now_s - self._since_s[key] >= REASONS[key].lasts_s:
                 self._raised.add(key)
                 another = now_s - self._gone_s.get(key, now_s) >= AGAIN_S or key in self._events
-                yield Change(key, True, since_s=self._since_s[key], another=another)
+                yield Change(key, True, since_s=self._back_s[key], another=another)
         yield from self._parts(now.lost, now_s)
         self._looked_s = now_s
         if not now.starting or now_s - self._first_s >= STARTING_S:
@@ -142,8 +149,10 @@ class Watch:
         counted = dict.fromkeys(lasting, now_s)
         for key, began_s in since_s.items():
             if key not in lasting:
+                pause_s = now_s - self._looked_s
+                forgets = _FORGETS if lasts_s(key) >= LOST_S else _FORGETS_SHORT
                 began_s = max(began_s, self._looked_s - lasts_s(key))
-                began_s += (1.0 + _FORGETS) * (now_s - self._looked_s)
+                began_s += pause_s + forgets * min(pause_s, _LOOK_S)
             if began_s < now_s:
                 counted[key] = began_s
         return counted
@@ -158,11 +167,13 @@ class Watch:
         }
         lasted = {name: lost[name] for name in lost if now_s - since_s[name] >= EXTRA_S}
         another = not lasted.keys() <= self._named_s.keys()
-        if another or (lasted and PART not in self._raised):
+        back = PART not in self._raised or not lasted.keys() <= self._told
+        if another or (lasted and back):
             self._raised.add(PART)
             self._named_s |= dict.fromkeys(lasted, now_s)
-            began_s = min(since_s[name] for name in lasted)
+            began_s = min(self._back_s[name] for name in lasted)
             told = {name: lost[name] for name in lost if name in self._named_s}
+            self._told = {*told}
             yield Change(PART, True, _detail(told), began_s, another)
 
     def _stuck(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
+from gazechair.base import json_text
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import NOT_KNOWN, BoardZone
 from gazechair.sensing.clearance.zone import StopZone, from_hex, to_hex
@@ -49,7 +50,7 @@ def pack(message: Message) -> bytes:
 def unpack(line: bytes) -> tuple[Message, StopZone]:
     """The message in `line`, and the stop zone in it. Raises ValueError for a malformed line."""
     try:
-        on, press, turns, points, *rest = json.loads(line)
+        on, press, turns, points, *rest = json_text.parse(line)
         zone, stop_zone = from_hex(points)
         clearance = None
         if rest:

@@ -55,7 +55,7 @@ def write_whole(fresh: Path, path: Path, content: bytes, mode: int = 0o666) -> N
             file.flush()
             os.fsync(handle)
         os.replace(fresh, path)
-    except OSError:
+    except BaseException:  # also Ctrl-C
         with contextlib.suppress(OSError):
             fresh.unlink()  # a partial file would take space on a full disk
         raise

@@ -26,6 +26,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from gazechair.base import json_text
 from gazechair.base.child_process import END, drain, end, say_to, would_run
 from gazechair.base.rate_limit import RateLimit
 
@@ -362,7 +363,7 @@ class Supervisor:
 
     def _pass_on(self, payload: bytes) -> bool:
         """Report the child's status; whether it explains the child's end."""
-        fields = json.loads(payload)
+        fields = json_text.parse(payload)
         try:
             status = Status(*(str(fields[key]) for key in ("state", "reason", "detail")))
         except (KeyError, TypeError):

@@ -7,11 +7,14 @@ import importlib
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gazechair.base.state_folder import state_folder
 from gazechair.base.told import ToldError
 from gazechair.config import configuration
+
+if TYPE_CHECKING:
+    from gazechair.blackbox.reader import LogFile
 
 
 def add(commands: Any) -> None:
@@ -80,14 +83,23 @@ def _list(options: argparse.Namespace) -> None:
         file = LogFile(path)
         try:
             length_s = file.length_s()
+            ending = file.ending()
             size = path.stat().st_size
         except OSError as error:
             print(f"{path.name}  {error.strerror}")
             continue
         total += size
-        end = "" if file.whole else "  not finished"
-        print(f"{path.name}  {length_s:7.0f} s  {size / 1e6:8.1f} MB{end}")
+        print(f"{path.name}  {length_s:7.0f} s  {size / 1e6:8.1f} MB")
+        if ending:
+            print(f"  {ending}")
     print(f"{folder}: {total / 1e6:.1f} MB")
+
+
+def _tell_ending(file: LogFile) -> None:
+    """On stderr, where no program takes it for data."""
+    if ending := file.ending():
+        sys.stdout.flush()
+        print(f"gazechair: {ending}", file=sys.stderr)
 
 
 def _show(options: argparse.Namespace) -> None:
@@ -98,6 +110,7 @@ def _show(options: argparse.Namespace) -> None:
     file.check()
     for line in story(file.lines()):
         print(line)
+    _tell_ending(file)
 
 
 def _export(options: argparse.Namespace) -> None:
@@ -123,4 +136,6 @@ def _export(options: argparse.Namespace) -> None:
         as_json_lines(lines(), sys.stdout)
     if wanted is not None and wanted not in topics:
         there = ", ".join(sorted(topics)) or "no messages at all"
-        raise ToldError(f"{file.path} has no message of {wanted}; there are {there}")
+        problem = f"{file.path} has no message of {wanted}; there are {there}"
+        raise ToldError("; ".join(filter(None, (problem, file.ending()))))
+    _tell_ending(file)

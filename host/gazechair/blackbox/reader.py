@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,12 +51,15 @@ class LogFile:
         self.path = path
         self.whole = False
         """After reading: it ends as a finished file does."""
+        self._read = 0  # bytes
+        self._latest_ns = 0
 
     def lines(self) -> Iterator[Line]:
         """All messages of ROS 2 up to the end, or the cut. Raises OSError only."""
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
         decoders = DecoderFactory()
+        self._latest_ns = 0
         for record in self._records():
             if isinstance(record, Schema):
                 schemas[record.id] = record
@@ -66,6 +70,7 @@ class LogFile:
                 schema = schemas.get(channel.schema_id)
                 if channel.message_encoding != "cdr" or not schema or schema.encoding != "ros2msg":
                     continue  # some other program's file
+                self._latest_ns = max(self._latest_ns, record.log_time)
                 yield Line(
                     record.log_time, channel.topic, schema.name, record.data, schema, decoders
                 )
@@ -84,6 +89,19 @@ class LogFile:
         times_ns = [line.at_ns for line in self.lines()]
         return (max(times_ns) - min(times_ns)) / 1e9 if times_ns else 0.0
 
+    def ending(self) -> str:
+        """After reading: up to where a file is readable that does not end as a finished one does,
+        in one sentence; "" for one that does. Raises OSError."""
+        if self.whole:
+            return ""
+        shares = f"{self._read} of {self.path.stat().st_size} bytes"
+        till = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(self._latest_ns // 10**9))
+        readable = f"readable up to {till} ({shares})" if self._latest_ns else "not readable"
+        return (
+            f"{self.path.name} is {readable} and ends there:"
+            " it is being written, was cut by a power failure, or is damaged"
+        )
+
     def check(self) -> None:
         """Raise ToldError when it does not begin as a log does; OSError."""
         with self.path.open("rb") as file:
@@ -91,7 +109,7 @@ class LogFile:
                 raise ToldError(f"{self.path} is no log, or nothing has been written to it yet")
 
     def _records(self) -> Iterator[McapRecord]:
-        self.whole = False
+        self.whole, self._read = False, 0
         with self.path.open("rb") as file:
             stream = StreamReader(file, emit_chunks=True, record_size_limit=_LONGEST)
             try:
@@ -100,6 +118,7 @@ class LogFile:
                         yield from breakup_chunk(record, validate_crc=True)
                     else:
                         yield record
+                    self._read = file.tell()
                 self.whole = True
             except _DAMAGED:
                 return

@@ -28,7 +28,8 @@ _CLOCK_S = 2.0  # a wall clock that was set by more begins another file
 _CLOCK_EACH_NS = 60 * 10**9  # at most this often, even if the clock is set all the time
 _GAP_S = 7 * 86400.0  # between two files; a longer one may be the clock that jumped
 _LATEST_NS = (1 << 31) * 10**9 - 1  # of a stamp of ROS 2: in 2038
-_KEPT_FREE = 100 << 20  # bytes of the disk left free
+KEPT_FREE = 100 << 20  # bytes of the disk left free
+FULL = "less than 100 MB of the disk are free"
 
 log = logging.getLogger(__name__)
 
@@ -41,7 +42,7 @@ def files(folder: Path) -> list[Path]:
     """The files of the log, oldest first, by number and not by clock."""
     try:
         return sorted(path for path in folder.iterdir() if NAME.fullmatch(path.name))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return []
 
 
@@ -188,10 +189,10 @@ class LogWriter:
             if path == self.path:
                 continue
             many = len(held) - at > _MOST_FILES
-            full = total > self._max_bytes or free < _KEPT_FREE
+            full = total > self._max_bytes or free < KEPT_FREE
             if many or full or age_s > self._keep_s:
                 path.unlink(missing_ok=True)
                 total -= state.st_size
                 free += state.st_size
-        if free < _KEPT_FREE:
-            raise LogFull("less than 100 MB of the disk are free")
+        if free < KEPT_FREE:
+            raise LogFull(FULL)

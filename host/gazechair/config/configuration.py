@@ -258,7 +258,7 @@ def load(path: Path | None) -> Config:
     if file is None:
         return Config()
     try:
-        content = file.read_text(encoding="utf-8")
+        content = file.read_text(encoding="utf-8-sig")  # Windows editors
     except OSError as error:
         named = f"${_VARIABLE} names it; " if path is None else ""
         raise ConfigError(
@@ -289,6 +289,8 @@ def parse(content: str, name: str = "configuration") -> Config:
                 _refuse(content, name, section, None, refused.reason)
             continue
         if section not in SECTIONS:
+            if values == {}:  # of a newer version, whose defaults all hold
+                continue
             _refuse(content, name, section, None, f"is no section; there are {known}")
         if section == "alerts" and isinstance(values, dict):
             routes = values.pop("route", [])
@@ -332,13 +334,16 @@ def is_loopback(host: str) -> bool:
 
 
 def annotated_default() -> str:
-    """A configuration file with every setting at its default, its range and its meaning."""
-    lines = ["# Configuration of gazechair. Every line shows a default and may be left out."]
+    """A configuration file without a setting; comments have each one's default and meaning.
+
+    What is not set is not refused by a version that does not have it yet.
+    """
+    lines = ["# Configuration of gazechair. To change a default, remove the # before its name."]
     for section, table in SECTIONS.items():
         lines += ["", *tables.described(table, section)]
     lines += ["", *(f"# {line}".rstrip() for line in tables.described(RouteConfig, f"[{_ROUTE}]"))]
     lines += ["", "# Inputs and modes: [input.NAME], [mode.NAME]; `gazechair plugin list`."]
-    return "\n".join(lines) + "\n"
+    return re.sub(r"^(?=\w+ = )", "#", "\n".join(lines), flags=re.MULTILINE) + "\n"
 
 
 def _refuse(

@@ -54,7 +54,7 @@ class SpeedCapStore:
         if self._path is None:
             return _NONE
         try:
-            permille = int(self._path.read_text(encoding="ascii"))
+            permille = int(self._path.read_text(encoding="utf-8-sig"))
         except FileNotFoundError:
             return _NONE
         except (OSError, ValueError) as error:

@@ -6,6 +6,7 @@ that another pose, profile or neutral makes its step "not done" again.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import logging
 import sys
@@ -14,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.base import health as states
+from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import replace_file
+from gazechair.base.state_folder import replace_file, set_aside
 from gazechair.config.configuration import LidarConfig
 from gazechair.config.rules import Arc, arcs
 from gazechair.driving.error_handler import FIRST_DRIVE
@@ -40,10 +42,12 @@ class Record:
         self._found: dict[str, Any] = {}
         if self._path is not None and self._path.exists():
             try:
-                found = dict(json.loads(self._path.read_text(encoding="utf-8")))
+                found = dict(json_text.parse(self._path.read_text(encoding="utf-8")))
                 self._found = {step: found[step] for step in found if _sound(step, found[step])}
-            except (OSError, ValueError, TypeError, RecursionError) as error:
+            except (OSError, ValueError, TypeError) as error:
                 log.error("%s: %s; the first drive begins anew", self._path, error)
+                with contextlib.suppress(OSError):
+                    set_aside(self._path)
 
     def get(self, step: str) -> Any:
         """The result of `step`; None: none yet."""

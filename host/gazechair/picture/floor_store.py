@@ -9,6 +9,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
+from gazechair.base import json_text
 from gazechair.base.state_folder import replace_file
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_calibration import RESIDUAL_M, SIGMA_M, Calibration
@@ -16,7 +17,7 @@ from gazechair.picture.floor_calibration import RESIDUAL_M, SIGMA_M, Calibration
 FILE_NAME = "camera_floor.json"
 _NAMES = tuple(field.name for field in fields(FloorCamera))
 _PIXELS = ("width_px", "height_px")
-_DAMAGE = OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError
+_DAMAGE = OSError, ValueError, TypeError, KeyError, OverflowError
 
 log = logging.getLogger(__name__)
 
@@ -47,7 +48,7 @@ class FloorStore:
 
     def _read(self) -> Calibration | None:
         try:
-            found = json.loads(self._path.read_bytes())
+            found = json_text.parse(self._path.read_bytes())
             rows = found["camera"]
             values: dict[str, Any] = {name: float(rows[name]) for name in _NAMES}
             camera = FloorCamera(**values | {name: int(rows[name]) for name in _PIXELS})

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gazechair.base import json_text
 from gazechair.base.supervisor import DATA, FACTS, RecordReader
 from gazechair.config.plugin_tables import PluginConfig
 from gazechair.plugins.child import SETTING
@@ -56,9 +57,9 @@ def describe(found: Found, settings: Mapping[str, Any] | None = None) -> Descrip
             if kind == FACTS:
                 about = unpack_facts(payload).about
             elif kind == DATA:
-                table = tuple(str(line) for line in json.loads(payload)["table"])
+                table = tuple(str(line) for line in json_text.parse(payload)["table"])
             else:
-                said = json.loads(payload)
+                said = json_text.parse(payload)
                 wrong = str(said["detail"]) if said["state"] == "lost" else ""
                 refused = said["reason"] == SETTING
     except (ValueError, KeyError, TypeError) as error:

@@ -11,6 +11,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from gazechair.base import json_text
 from gazechair.plugins.contract import DIRECTIONS, OUTPUT_MAX, Intent
 
 LONGEST = 4096
@@ -56,9 +57,9 @@ class Value:
 def unpack(payload: bytes) -> Value:
     """The value in a record. Raises BadValue."""
     try:
-        fields = json.loads(payload)
+        fields = json_text.parse(payload)
         born_s, press, do, what, linear, turn, stops, trouble = fields
-    except (ValueError, TypeError, RecursionError):
+    except (ValueError, TypeError):
         raise BadValue("no value") from None
     if type(born_s) is not float or not math.isfinite(born_s):
         raise BadValue("a value without its time")
@@ -92,11 +93,11 @@ class Facts:
 def unpack_facts(payload: bytes) -> Facts:
     """The facts in a record, truncated to fit on a tile. Raises BadValue."""
     try:
-        fields = json.loads(payload)
+        fields = json_text.parse(payload)
         names = {plain(k, 2): plain(v, 20) for k, v in list(fields["names"].items())[:20]}
         auto = fields.get("auto") is True
         return Facts(plain(fields["about"], 200), plain(fields["icon"], 4), names, auto)
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         raise BadValue("no facts") from None
 
 

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gazechair.base import json_text
 from gazechair.plugins.contract import NOTHING, drive
 from gazechair.plugins.exchange import BadValue, Value
 from gazechair.producers.contract import Said
@@ -48,11 +49,11 @@ def pack(born_s: float, press: int, said: Said, ask: int = 0) -> bytes:
 def unpack(payload: bytes) -> Record:
     """The record in `payload`. Raises BadValue."""
     try:
-        fields = json.loads(payload)
+        fields = json_text.parse(payload)
         value, shown = fields["value"].encode(), fields["shown"]
         state, reason, ask = fields["state"], fields["reason"], fields["ask"]
         json.dumps(shown, allow_nan=False)  # no page could read it
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+    except (ValueError, TypeError, KeyError, AttributeError):
         raise BadValue("no record") from None
     if state not in ("", *STATES) or not isinstance(shown, dict):
         raise BadValue("a state that there is not")

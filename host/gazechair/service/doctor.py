@@ -8,6 +8,7 @@ import json
 import os
 import platform
 import shutil
+import tempfile
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
@@ -30,6 +31,8 @@ WARN = "WARN"
 FAIL = "FAIL"
 
 _PACKAGES = ("pyserial", "numpy", "flask", "rplidar-roboticia")
+_FREE_MB = 100
+_TRIED = 4096  # bytes
 _TOOLS = (
     ("chromium", "shows the page in tests and screenshots"),
     ("qemu-system-arm", "runs the emulated board in tests"),
@@ -64,6 +67,7 @@ def examine(config_path: Path | None) -> list[Finding]:
         *_daemon(config),
         *_devices(config),
         *_plugins(config),
+        *_state(config),
         *_log(config),
         *_alerts(config),
         *_tools(),
@@ -147,14 +151,61 @@ def _plugins(config: Config) -> Iterator[Finding]:
             yield Finding(OK, what, told.about)
 
 
+def _state(config: Config) -> Iterator[Finding]:
+    folder = state_folder(config.web.state_folder)
+    problem = _unwritable(folder)
+    if problem:
+        do = "name a folder that this user may write in web.state_folder"
+        yield Finding(FAIL, "state folder", f"nothing is kept: {problem}", do)
+        return
+    free_mb = shutil.disk_usage(_existing(folder)).free >> 20
+    if free_mb < _FREE_MB:
+        do = "delete what is not needed"
+        yield Finding(WARN, "state folder", f"{folder}; only {free_mb} MB are free", do)
+    else:
+        yield Finding(OK, "state folder", f"{folder}; {free_mb} MB are free")
+
+
+def _existing(folder: Path) -> Path:
+    """The folder, or the one in which it would be made."""
+    while not os.path.lexists(folder):
+        folder = folder.parent
+    return folder
+
+
+def _unwritable(folder: Path) -> str:
+    """Why nothing can be written there, or "". Tried: permissions alone do not tell."""
+    try:
+        with tempfile.TemporaryFile(dir=_existing(folder)) as file:
+            file.write(bytes(_TRIED))
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        return f"{folder}: {error.strerror}"
+    return ""
+
+
 def _log(config: Config) -> Iterator[Finding]:
+    folder = state_folder(config.web.state_folder) / "log"
     if not config.log.record:
         yield Finding(OK, "log", "off, as configured")
     elif find_spec("mcap_ros2") is None:
         yield Finding(WARN, "log", "nothing is recorded", "pip install 'gazechair[log]'")
+    elif problem := _unwritable(folder.parent if folder.is_file() else folder):
+        yield Finding(FAIL, "log", f"nothing is recorded: {problem}", "let this user write there")
+    elif problem := _full(folder):
+        yield Finding(FAIL, "log", f"nothing is recorded: {problem}", "delete what is not needed")
     else:
         bounds = f"{config.log.keep_days} days, {config.log.max_mb} MB at most"
         yield Finding(OK, "log", f"records; {bounds}")
+
+
+def _full(folder: Path) -> str:
+    from gazechair.blackbox import writer
+
+    own = sum(path.stat().st_size for path in writer.files(folder))  # the oldest give way
+    short = shutil.disk_usage(_existing(folder)).free + own < writer.KEPT_FREE
+    return writer.FULL if short else ""
 
 
 def _alerts(config: Config) -> Iterator[Finding]:

@@ -50,7 +50,7 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
 def on(ssid: str = NAME, interface: str = "", folder: Path = FOLDER) -> str:
     """Create and start it; keeps an existing password. Returns how to join.
 
-    HotspotError: it is as it was before, started again if there was one.
+    HotspotError, also for Ctrl-C: it is as it was before, started again if there was one.
     """
     if not 1 <= len(ssid.encode()) <= 32:
         raise HotspotError("a network's name has 1 to 32 bytes")
@@ -60,15 +60,17 @@ def on(ssid: str = NAME, interface: str = "", folder: Path = FOLDER) -> str:
     file = _file(folder)
     try:
         before = file.read_bytes() if file.exists() else None
-        replace_file(file, keyfile(ssid, password, interface).encode())
+        try:
+            replace_file(file, keyfile(ssid, password, interface).encode())
+            _start(file)
+        except (HotspotError, KeyboardInterrupt) as error:
+            with contextlib.suppress(HotspotError, OSError):
+                _put_back(file, before)
+            if isinstance(error, KeyboardInterrupt):
+                raise HotspotError("ended by Ctrl-C; it is as it was before") from None
+            raise
     except OSError as error:
         raise HotspotError(f"{file}: {error.strerror}; run it with sudo") from None
-    try:
-        _start(file)
-    except HotspotError:
-        with contextlib.suppress(HotspotError, OSError):
-            _put_back(file, before)
-        raise
     return join(folder)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from gazechair.base.sole_daemon import AlreadyRunning, no_daemon
 from gazechair.base.told import ToldError
@@ -20,18 +19,16 @@ class PairError(ToldError):
 
 
 def make_code(folder: Path, role: str, say: Callable[[str], None]) -> None:
-    """Show a code of the running daemon. Raises PairError when none runs."""
+    """Show a code of the running daemon. Raises PairError when none runs, RequestRefused."""
     try:
         made = ask(folder, {"ask": "code", "role": role, "valid_s": VALID_S})
     except NotRunning as error:
         raise PairError(f"{error}; start it first, or give its --config") from None
-    if "error" in made:
-        raise PairError(made["error"])
     say(code_as_text(made["url"], made["code"], role, made["valid_s"]))
 
 
 def show_devices(folder: Path, say: Callable[[str], None]) -> None:
-    """Show the paired devices, even if no daemon runs. Raises PairError."""
+    """Show the paired devices, even if no daemon runs. Raises PairError, RequestRefused."""
     try:
         devices = [Device(**row) for row in ask(folder, {"ask": "list"})["devices"]]
     except NotRunning:
@@ -43,31 +40,31 @@ def revoke(folder: Path, id: str, say: Callable[[str], None]) -> None:
     """Forget a device, even if no daemon runs.
 
     Raises PairError for an unknown id, and when a daemon runs that does not answer: it would go on
-    accepting the device, and write it back.
+    accepting the device, and write it back. Raises RequestRefused.
     """
     try:
-        answer = ask(folder, {"ask": "revoke", "id": id})
+        revoked = ask(folder, {"ask": "revoke", "id": id})["revoked"]
         pages = "; its pages have been sent away"
     except NotRunning as unanswered:
-        answer = _revoke_alone(folder, id, str(unanswered))
+        revoked = _revoke_alone(folder, id, str(unanswered))
         pages = ""
-    if "error" in answer:
-        raise PairError(answer["error"])
-    if not answer["revoked"]:
+    if not revoked:
         raise PairError(f"no device {id!r}; gazechair pair --list shows them")
     say(f"{id} is not paired any more{pages}")
 
 
-def _revoke_alone(folder: Path, id: str, unanswered: str) -> dict[str, Any]:
+def _revoke_alone(folder: Path, id: str, unanswered: str) -> bool:
     try:
         with no_daemon(folder):
-            return {"revoked": _desk(folder).revoke(id)}
+            return _desk(folder).revoke(id)
     except AlreadyRunning as running:
-        return {"error": f"{id} is still paired: {running}, but {unanswered}; restart it, repeat"}
+        problem = f"{id} is still paired: {running}, but {unanswered}; restart it, repeat"
+        raise PairError(problem) from None
     except OSError as error:
-        return {"error": f"{folder}: {error.strerror}; run this as the user of gazechair run"}
+        problem = f"{folder}: {error.strerror}; run this as the user of gazechair run"
+        raise PairError(problem) from None
     except StoreError as error:
-        return {"error": str(error)}
+        raise PairError(str(error)) from None
 
 
 def _desk(folder: Path) -> PairingDesk:

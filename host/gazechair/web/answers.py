@@ -7,6 +7,7 @@ from typing import Any
 
 from flask import Response, request
 
+from gazechair.base import json_text
 from gazechair.people.pairing import Device
 from gazechair.web.guard import DEVICE
 
@@ -53,8 +54,8 @@ def body() -> dict[str, Any]:
     Its type must be application/json, which another site's form cannot send.
     """
     try:
-        content = json.loads(file_of("application/json"))
-    except (ValueError, RecursionError):
+        content = json_text.parse(file_of("application/json"))
+    except ValueError:
         raise BadRequest("send a JSON object") from None
     if not isinstance(content, dict):
         raise BadRequest("send a JSON object")

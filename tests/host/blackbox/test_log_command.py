@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import shutil
 from itertools import pairwise
 from pathlib import Path
@@ -35,8 +36,37 @@ def test_list(config: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[0].startswith("000007_2026-09-21T14-13-20.mcap  ")
     assert " 4 s" in lines[0]
     assert lines[0].endswith("MB")
-    assert lines[1].endswith("not finished")
-    assert lines[2].endswith("MB")
+    assert "000008_2026-09-21T15-13-20.mcap is readable up to 20" in lines[2]
+    assert lines[3].endswith("MB")
+
+
+TOLD = (
+    r"000008\S* is readable up to 2026-09-21 ..:13:2[0-4] \((\d+) of (\d+) bytes\) and ends there: "
+)
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+@pytest.mark.parametrize(
+    "words", [["list"], ["show"], ["export"], ["export", "--topic", "/board/state"]]
+)
+def test_it_says_up_to_where_a_file_is_readable_that_ends_early(
+    config: list[str], capsys: pytest.CaptureFixture[str], words: list[str], damaged: bool
+) -> None:
+    folder = Path(config[1]).parent / "state" / "log"
+    (whole,) = folder.glob("000007*")
+    (cut,) = folder.glob("000008*")
+    if damaged:
+        data = bytearray(whole.read_bytes())
+        data[len(data) // 3] ^= 0xFF
+        cut.write_bytes(data[: -8 if words == ["list"] else None])
+    assert cli.main(["log", *words, *config]) == 0
+    said = capsys.readouterr()
+    ((read, size),) = re.findall(TOLD, said.out if words == ["list"] else said.err)
+    assert 0 < int(read) < int(size) == cut.stat().st_size
+    cut.unlink()
+    assert cli.main(["log", *words, *config]) == 0
+    said = capsys.readouterr()
+    assert "is readable" not in said.out + said.err
 
 
 def test_a_file_that_cannot_be_read_hides_no_other(
@@ -47,9 +77,10 @@ def test_a_file_that_cannot_be_read_hides_no_other(
     (folder / "000006_2026-09-21T14-12-20.mcap").symlink_to(folder / "deleted")
     assert cli.main(["log", "list", *config]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line[:6] for line in lines[:4]] == ["000005", "000006", "000007", "000008"]
-    assert lines[0].endswith("not finished")
-    assert lines[1].endswith("No such file or directory")
+    rows = [line for line in lines if line.startswith("0")]
+    assert [row[:6] for row in rows] == ["000005", "000006", "000007", "000008"]
+    assert "000005_2026-09-21T13-13-20.mcap is not readable and ends there" in lines[1]
+    assert rows[1].endswith("No such file or directory")
 
 
 def test_show_says_what_happened_once(

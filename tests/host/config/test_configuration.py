@@ -1,11 +1,18 @@
 """The configuration file: defaults, annotated file, and one line for every error in it."""
 
+import re
+import sys
 from pathlib import Path
 
 import pytest
 
 from gazechair.config import configuration
 from gazechair.config.configuration import Config, ConfigError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 
 def test_defaults_work_on_a_bare_machine() -> None:
@@ -25,8 +32,18 @@ def test_the_footprint_of_an_installation() -> None:
     assert (read.front_margin_m, read.side_margin_m) == (0.05, 0.1)
 
 
-def test_annotated_default_file_is_the_default() -> None:
-    assert configuration.parse(configuration.annotated_default()) == Config()
+def test_annotated_default_file_is_the_default_whichever_of_its_lines_are_set() -> None:
+    text = configuration.annotated_default()
+    live = re.sub(r"^#(?=\w+ = )", "", text, flags=re.MULTILINE)
+    assert live.count("\n") > 60
+    assert configuration.parse(live) == configuration.parse(text) == Config()
+
+
+def test_annotated_default_file_sets_nothing_that_an_older_version_would_refuse() -> None:
+    tables = tomllib.loads(configuration.annotated_default())
+    assert set(tables) == set(configuration.SECTIONS)
+    assert not any(tables.values())
+    assert configuration.parse("[newer]\n") == Config()
 
 
 def test_values_are_taken_over(tmp_path: Path) -> None:
@@ -71,7 +88,7 @@ REFUSED = [
     ("[web]\n\ninsecure_http = 1", 3, "must be true or false"),
     ("[web]\ntls = true\ninsecure_http = true", 3, "contradicts tls = true"),
     ('[web]\nname = "a b"', 2, "must be a host name or an address"),
-    ("[wob]\n", 1, "wob is no section"),
+    ("[wob]\nx = 1", 1, "wob is no section"),
     ("x = 1", 1, "x is no section"),
     ("\nweb = 1", 2, "write it as [web]"),
     ("[driver]\ndwell = 1", 2, "[driver] has mode, dwell_ms"),

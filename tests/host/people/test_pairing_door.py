@@ -5,14 +5,19 @@ from __future__ import annotations
 import json
 import os
 import socket
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from gazechair.base.told import ToldError
 from gazechair.people.pairing import Paired, local
 from gazechair.people.pairing.local import SOCKET_NAME, LocalDoor, NotRunning, ask
+from gazechair.people.pairing.store import StoreError
+from gazechair.service import pair
+from gazedemo import pairing
 
 URL = "https://chair.local:8443/pair"
 
@@ -79,6 +84,39 @@ def test_nonsense_is_refused_and_the_door_stays_open(
     assert ask(folder, {"ask": "list"}) == {"devices": []}
 
 
+@pytest.mark.parametrize("answer", [b'{"error": "too many are paired"}', b"[]", b"7"])
+def test_a_refusal_is_told_by_all_who_ask(folder: Path, answer: bytes) -> None:
+    folder.mkdir(parents=True)
+    handle = os.open(folder, os.O_RDONLY)
+    with socket.socket(socket.AF_UNIX) as daemon:
+        daemon.bind(f"/proc/self/fd/{handle}/{SOCKET_NAME}")
+        os.close(handle)
+        daemon.listen()
+
+        def serve() -> None:
+            for _ in range(5):
+                client, _address = daemon.accept()
+                client.recv(4096)
+                client.sendall(answer + b"\n")
+                client.close()
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        say: list[str] = []
+        for asks in (
+            lambda: pairing.cookie(folder),
+            lambda: pairing.is_open(folder, "http://x/pair#abc"),
+            lambda: pair.make_code(folder, "driver", say.append),
+            lambda: pair.show_devices(folder, say.append),
+            lambda: pair.revoke(folder, "abc", say.append),
+        ):
+            reason = "too many are paired" if b"error" in answer else "an answer that is none"
+            with pytest.raises(ToldError, match=reason):
+                asks()
+        thread.join(20)
+        assert not say
+
+
 def test_only_its_user_may_open_the_door(door: Any, folder: Path) -> None:
     assert (folder / SOCKET_NAME).stat().st_mode & 0o777 == 0o600
     assert folder.stat().st_mode & 0o777 == 0o700
@@ -89,6 +127,23 @@ def test_without_a_daemon_it_says_so(tmp_path: Path) -> None:
         ask(tmp_path, {"ask": "list"})
     with pytest.raises(NotRunning):
         ask(tmp_path / "nowhere", {"ask": "list"})
+
+
+def test_a_folder_in_the_sockets_place_is_set_aside(again: Any, folder: Path) -> None:
+    desk = again(folder)
+    (folder / SOCKET_NAME).mkdir()
+    (folder / SOCKET_NAME / "something").touch()
+    door = LocalDoor(desk, folder, lambda: URL)
+    door.start()
+    assert ask(folder, {"ask": "list"}) == {"devices": []}
+    door.stop()
+    assert [one.name for one in folder.glob("*.damaged/*")] == ["something"]
+
+
+def test_a_file_in_the_place_of_the_state_folder_is_named(tmp_path: Path, again: Any) -> None:
+    (tmp_path / "state").write_text("something")
+    with pytest.raises(StoreError, match=r"state is no folder; move it away"):
+        again(tmp_path / "state")
 
 
 def test_a_socket_left_by_a_killed_daemon_is_replaced(again: Any, folder: Path) -> None:

@@ -91,6 +91,42 @@ def test_repeated_with_another_name_that_fails_it_stays_the_one_that_worked(
         assert said(connections) == [load, up] * 3  # the first, the one that failed, the first
 
 
+INTERRUPTED = """#!/bin/sh
+echo "$@" >> "{folder}/said"
+case "$*" in
+  *"{at}"*) [ -e "{folder}/once" ] || {{ touch "{folder}/once"; kill -INT $PPID; sleep 5; }};;
+  *delete*) rm -f "{folder}/connections/gazechair.nmconnection";;
+esac
+"""
+
+
+@pytest.mark.parametrize("at", ["load", "up id"])
+@pytest.mark.parametrize("again", [False, True])
+def test_ended_by_ctrl_c_it_is_as_it_was_before(connections: Path, at: str, again: bool) -> None:
+    before = hotspot.on(folder=connections) if again else ""
+    program = connections.parent / "nmcli"
+    program.write_text(INTERRUPTED.format(folder=connections.parent, at=at))
+    with pytest.raises(HotspotError, match="ended by Ctrl-C"):
+        hotspot.on("another", folder=connections)
+    if again:
+        assert hotspot.join(connections) == before
+        assert said(connections)[-1].endswith("connection up id gazechair")
+    else:
+        assert list(connections.iterdir()) == []
+
+
+def test_ended_by_ctrl_c_while_it_is_written_nothing_stays(
+    connections: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(_: int) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", interrupted)
+    with pytest.raises(HotspotError, match="ended by Ctrl-C"):
+        hotspot.on(folder=connections)
+    assert list(connections.iterdir()) == []
+
+
 def test_on_a_full_disk_the_one_before_keeps_its_password(
     connections: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -19,6 +19,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from gazechair.base import json_text
+from gazechair.base.state_folder import set_aside
+from gazechair.base.told import ToldError
 from gazechair.people.pairing.desk import PairingDesk
 from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.store import ROLES, StoreError
@@ -34,6 +37,10 @@ log = logging.getLogger(__name__)
 
 class NotRunning(Exception):
     """Raised when no daemon listens in that state folder."""
+
+
+class RequestRefused(ToldError):
+    """Raised when the daemon answers with the reason why it did not do it."""
 
 
 class LocalDoor:
@@ -52,6 +59,8 @@ class LocalDoor:
         """Listen. A folder that cannot be written is only logged: then nobody can be paired."""
         door = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
+            if (self._folder / SOCKET_NAME).is_dir():
+                set_aside(self._folder / SOCKET_NAME)
             with _short(self._folder) as path:
                 with contextlib.suppress(FileNotFoundError):
                     os.unlink(path)
@@ -97,7 +106,7 @@ class LocalDoor:
 
     def _answer(self, line: bytes) -> dict[str, Any]:
         try:
-            request = json.loads(line)
+            request = json_text.parse(line)
             what = request["ask"]
             if what == "code":
                 return self._code(str(request["role"]), float(request.get("valid_s", VALID_S)))
@@ -109,7 +118,7 @@ class LocalDoor:
                 return {"revoked": self._desk.revoke(str(request["id"]))}
         except StoreError as error:
             return {"error": str(error)}
-        except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
+        except (ValueError, TypeError, KeyError, OverflowError):
             pass
         return {"error": "no such request; is gazechair pair of the daemon's version?"}
 
@@ -121,17 +130,23 @@ class LocalDoor:
 
 
 def ask(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
-    """Send a request to the daemon of a state folder. Raises NotRunning, also without access."""
+    """The answer of the daemon of a state folder.
+
+    Raises NotRunning, also without access, and RequestRefused.
+    """
     try:
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as door:
             door.settimeout(_DEADLINE_S)
             with _short(folder) as path:
                 door.connect(path)
             door.sendall(json.dumps(request).encode() + b"\n")
-            answer: dict[str, Any] = json.loads(_read_line(door))
-            return answer
+            answer = json_text.parse(_read_line(door))
     except (OSError, ValueError) as error:
         raise NotRunning(f"no gazechair run answers at {folder / SOCKET_NAME} ({error})") from None
+    if not isinstance(answer, dict) or "error" in answer:
+        reason = answer["error"] if isinstance(answer, dict) else "an answer that is none"
+        raise RequestRefused(f"gazechair run refuses: {reason}")
+    return answer
 
 
 @contextlib.contextmanager

@@ -9,6 +9,7 @@ import secrets
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from gazechair.base import json_text
 from gazechair.base.state_folder import replace_file, set_aside
 
 FILE_NAME = "paired.jsonl"
@@ -57,9 +58,11 @@ class DeviceStore:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             if self._path.is_dir():
                 set_aside(self._path)
-            text = self._path.read_text(encoding="utf-8", errors="replace")
+            text = self._path.read_text(encoding="utf-8-sig", errors="replace")
         except FileNotFoundError:
             return
+        except FileExistsError:
+            raise StoreError(f"{folder} is no folder; move it away") from None
         except OSError as error:
             raise StoreError(f"{self._path}: {error.strerror}; who owns the folder?") from None
         for number, line in enumerate(text.splitlines(), 1):
@@ -120,8 +123,8 @@ class DeviceStore:
 
 def _parse(line: str) -> Device | None:
     try:
-        device = Device(**json.loads(line))
-    except (ValueError, TypeError, RecursionError):
+        device = Device(**json_text.parse(line))
+    except (ValueError, TypeError):
         return None
     texts = (device.id, device.name, device.digest)
     numbers = (device.created, device.last_used)

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gazechair.base import json_text
 from gazechair.base.state_folder import replace_file, set_aside
 from gazechair.people.profiles.fields import Field, Profile, ProfileRefused, check_whole
 
@@ -146,12 +147,12 @@ class Profiles:
             _keep_aside(path)
             return
         try:
-            document = json.loads(text)
+            document = json_text.parse(text)
             for id, found in document["profiles"].items():
                 self._profiles[id] = self._mended(id, dict(found))
             self._chosen = str(document["chosen"])
             self._kept = True
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
             log.error("%s: damaged (%r); begins with what could be read", path, error)
             _keep_aside(path)
 

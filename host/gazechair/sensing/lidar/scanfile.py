@@ -20,6 +20,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base import json_text
 from gazechair.base.angles import half_turn_deg
 from gazechair.sensing.lidar.nodes import FloatArray, Nodes, our_angle
 
@@ -80,11 +81,11 @@ class ScanReader:
         if self._file.read(len(_MAGIC)) != _MAGIC:
             raise ScanFileError(f"{path} is no scan file; `gazechair lidar record` writes one")
         try:
-            self.header: dict[str, Any] = json.loads(self._file.readline(_MAX_HEADER))
+            self.header: dict[str, Any] = json_text.parse(self._file.readline(_MAX_HEADER))
             self.period_s = float(self.header["period_s"])
             if not 1e-6 < self.period_s < 1.0:
                 raise ValueError
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, OverflowError):
             raise ScanFileError(f"{path}: its header is damaged; record it again") from None
         self._start = self._file.tell()
         if not sum(1 for _ in self._bodies()):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 
+from gazechair.base import json_text
 from gazechair.board.zone import BoardZone
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone, from_hex, to_hex
 
@@ -19,7 +20,7 @@ def pack(zone: BoardZone) -> bytes:
 def unpack(line: bytes) -> StopZone:
     """The stop zone in `line`; UNKNOWN for a malformed one, which is logged."""
     try:
-        return from_hex(json.loads(line))[1]
+        return from_hex(json_text.parse(line))[1]
     except (ValueError, TypeError) as error:
         log.warning("what the board says about its stopping makes no sense: %s", error)
         return UNKNOWN

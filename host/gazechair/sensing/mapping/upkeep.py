@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base import json_text
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.base.state_folder import replace_file
 from gazechair.sensing.mapping.building.occupancy_grid import (
@@ -76,14 +77,14 @@ def load_ledger(path: Path, grid: OccupancyGrid) -> Ledger:
         if not data.startswith(_MAGIC) or zlib.crc32(data).to_bytes(4, "little") != crc:
             return fresh
         line, _, body = data[len(_MAGIC) :].partition(b"\n")
-        head = json.loads(line)
+        head = json_text.parse(line)
         if head["grid_crc"] != fresh.grid_crc:
             return replace(fresh, drive_s=float(head["drive_s"]))
         shape = (2, *grid.hits.shape)
         counts = zlib.decompressobj().decompress(body, 2 * grid.hits.size)
         taken, free = np.frombuffer(counts, dtype=np.uint8).reshape(shape)
         return Ledger(taken, free, fresh.grid_crc, float(head["drive_s"]))
-    except (OSError, ValueError, KeyError, TypeError, zlib.error):
+    except (OSError, ValueError, KeyError, TypeError, OverflowError, zlib.error):
         return fresh
 
 

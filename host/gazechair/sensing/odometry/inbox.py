@@ -19,6 +19,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from gazechair.base import json_text
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.odometry import Estimate, Motion
 
@@ -91,7 +92,7 @@ def unpack(datagram: bytes) -> HalfTurn | Motion | Estimate | None:
     """The content of a datagram; None: it is malformed."""
     try:
         if datagram[:1] == b"E":
-            fields = json.loads(datagram[1:])
+            fields = json_text.parse(datagram[1:])
             return Estimate(**{**fields, "doubts": tuple(fields["doubts"])})
         if datagram[:1] == b"M":
             _, time_s, heading, linear, turn = _MOTION.unpack(datagram)

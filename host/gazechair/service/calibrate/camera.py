@@ -89,7 +89,7 @@ def _size(picture: Path) -> tuple[int, int]:
 
 def _marks(path: Path) -> list[Tap]:
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise CalibrateError(f"{path} cannot be read: {error}") from None
     taps = []

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from gazechair.base import json_text
 from gazechair.base.state_folder import replace_file, set_aside
 from gazechair.service.tune.forward import ForwardNumbers
 from gazelink.settings_table import PROFILES, TABLE, index_of
@@ -52,7 +53,7 @@ class ForwardStore:
     def _rows(self) -> dict[str, Any]:
         """The file's content, not parsed further. Raises OSError; ValueError: it is damaged."""
         try:
-            rows = json.loads(self._path.read_bytes())
+            rows = json_text.parse(self._path.read_bytes())
         except FileNotFoundError:
             return {}
         if not isinstance(rows, dict):

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from gazechair.base import json_text
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between, compose
 from gazechair.sensing.odometry.odometry import Estimate
@@ -84,7 +85,7 @@ def unpack(datagram: bytes) -> Whereabouts | None:
     if datagram[:1] != b"W":
         return None
     try:
-        return Whereabouts(**json.loads(datagram[1:]))
+        return Whereabouts(**json_text.parse(datagram[1:]))
     except (ValueError, TypeError):
         return None
 

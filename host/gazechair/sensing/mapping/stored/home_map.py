@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gazechair.base import json_text
 from gazechair.base.footprint import FloatArray
 from gazechair.base.state_folder import replace_file
 from gazechair.base.told import ToldError
@@ -28,7 +29,7 @@ _LARGEST = 64 << 20  # bytes
 MOST_CELLS = 16 << 20
 _CRC = struct.Struct("<I")
 DAMAGE = (
-    *(ValueError, KeyError, TypeError, OverflowError, RecursionError),
+    *(ValueError, KeyError, TypeError, OverflowError),
     *(EditRefused, zlib.error),
 )
 
@@ -105,7 +106,7 @@ def load(path: Path) -> HomeMap:
 
 def _parsed(data: bytes) -> HomeMap:
     line, _, body = data.partition(b"\n")
-    header = json.loads(line)
+    header = json_text.parse(line)
     nx, ny = (int(one) for one in header["shape"])
     if min(nx, ny) <= 0 or nx * ny > MOST_CELLS:
         raise ValueError("shape")

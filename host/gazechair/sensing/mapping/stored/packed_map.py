@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import errno
 import io
-import json
 import struct
 import zipfile
 import zlib
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 
+from gazechair.base import json_text
 from gazechair.sensing.mapping.stored import ros_map
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.places import EditRefused, name_of
@@ -67,7 +67,7 @@ def unpack(data: bytes) -> HomeMap:
 
 def _name(files: Mapping[str, bytes], yaml: str) -> str:
     """Any name is accepted: it can be changed on the page."""
-    told = json.loads(files[PLACES]).get("name") if PLACES in files else None
+    told = json_text.parse(files[PLACES]).get("name") if PLACES in files else None
     for name in (told, PurePosixPath(yaml).stem):
         try:
             return name_of(name)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base import json_text
 from gazechair.base.output_file import write_output
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.stored.home_map import DAMAGE, MOST_CELLS, HomeMap, MapError
@@ -138,7 +139,7 @@ def _unusable(found: RosCells, most_cells: int) -> str:
 
 def _drawn(beside: Beside, where: str) -> Drawn:
     try:
-        return drawn_of(json.loads(beside(PLACES)))
+        return drawn_of(json_text.parse(beside(PLACES)))
     except FileNotFoundError:
         return Drawn()
     except OSError as error:
