@@ -192,8 +192,8 @@ class Planner:
                 price = costs[pose] + 20.0 * abs(off) + 200.0 * float(np.hypot(*gap))
                 price += _COST_PER_S * leg_s
                 if no_turn:
-                    end = _ahead(start, leg_m)
-                    price += _COST_PER_S * first.turn_s(end, start[2], start[2] + off)
+                    x, y = _ahead(start, leg_m)
+                    price += _COST_PER_S * first.turn_s((float(x), float(y)), start[2], start[2] + off)
                 if best is None or price < best[0]:
                     best = (price, int(pose), leg_m)
         if best is None:
