@@ -257,7 +257,7 @@ class Mission:
         self._follower.take(found, pose)
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
-        if hurried and not found.is_easy and not self._wants_plan:
+        if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
 
     def _is_better(self, found: Planned) -> bool:

@@ -121,6 +121,7 @@ class Planner:
         self._lattice = Lattice(costmap)
         self._may_reverse = may_reverse
         self._refused: Sequence[Refused] = ()
+        self._hurries = False
 
     def plan(
         self,
@@ -131,9 +132,10 @@ class Planner:
     ) -> Way | NoWay:
         """The path; takes 0.1 to 0.3 s, longer where it is narrow, unless in a `hurry`.
 
-        A goal without a heading allows any. `hurry`: the first path found, though not the easiest.
+        A goal without a heading allows any. `hurry`: the first path found, though not the easiest
+        and hardly smoothed.
         """
-        self._refused = refused
+        self._refused, self._hurries = refused, hurry
         here = self._here(start, goal)
         if here is not None and math.dist(start[:2], goal[:2]) <= _HERE_M:
             return here
@@ -193,7 +195,9 @@ class Planner:
                 price += _COST_PER_S * leg_s
                 if no_turn:
                     x, y = _ahead(start, leg_m)
-                    price += _COST_PER_S * first.turn_s((float(x), float(y)), start[2], start[2] + off)
+                    price += _COST_PER_S * first.turn_s(
+                        (float(x), float(y)), start[2], start[2] + off
+                    )
                 if best is None or price < best[0]:
                     best = (price, int(pose), leg_m)
         if best is None:
@@ -209,8 +213,14 @@ class Planner:
             points.append(_ahead((goal[0], goal[1], heading), -leg_in_m))
         points.append(np.array(goal[:2]))
         way = self._eased(points, (start[2], heading), best[2], leg_in_m)
+        if self._hurries and not self._is_clear(way, start):
+            self._hurries = False
+            way = self._eased(points, (start[2], heading), best[2], leg_in_m)
+        return way if self._is_clear(way, start) else NoWay(NO_WAY)
+
+    def _is_clear(self, way: Way, start: Pose) -> bool:
         turns_m = self._turns_m(way, start[2]) + _TURNS_NEARER_M
-        return NoWay(NO_WAY) if min(way.clearance_m, turns_m) < self._least_m(start) else way
+        return min(way.clearance_m, turns_m) >= self._least_m(start)
 
     def _turns_m(self, way: Way, before_rad: float) -> float:
         """Least clearance in the turns on the spot of a path."""
@@ -266,7 +276,9 @@ class Planner:
         """`leg_m`: length of the straight first leg, negative backward; 0: there is none."""
         fixed = 1 + (leg_m != 0.0)
         smooth = Smoother(self._costmap, *rads, leg_m < 0.0, self._refused)
-        found, clear, cost_s = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
+        found, clear, cost_s = smooth(
+            _merged(points, fixed, fixed_end), fixed, fixed_end, moves=not self._hurries
+        )
         return Way(found, rads[1], leg_m < 0.0, clear, cost_s, smooth.bends(found))
 
     def _ends(

@@ -84,9 +84,12 @@ class Smoother:
         self._bends: dict[tuple[Point, Point, Point, float], Bend | None] = {}
 
     def __call__(
-        self, points: list[FloatArray], fixed: int, fixed_end: int
+        self, points: list[FloatArray], fixed: int, fixed_end: int, moves: bool = True
     ) -> tuple[FloatArray, float, float]:
-        """Vertices (N, 2), least clearance, seconds; `fixed`, `fixed_end` vertices stay."""
+        """Vertices (N, 2), least clearance, seconds; `fixed`, `fixed_end` vertices stay.
+
+        Without `moves` vertices are only removed: a fifth of the time, for a path that costs more.
+        """
         found = [_point(one) for one in points]
         cost = self._cost(found)
         while True:
@@ -98,7 +101,7 @@ class Smoother:
                     cost, found = price, option
             if found is kept:
                 break
-        for move_m in _MOVES_M:
+        for move_m in _MOVES_M if moves else ():
             for _ in range(4):
                 before = cost
                 for k in range(fixed, len(found) - fixed_end):
