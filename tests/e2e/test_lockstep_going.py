@@ -118,6 +118,22 @@ def test_its_process_fails_its_pose_is_lost_and_nobody_looks(chair: GoingChair) 
     ends(chair, "P18", cause, SUPERVISION_MS + 1, "supervision_lost", goes_on=False)
 
 
+def test_a_lidar_that_dies_is_the_reason_until_it_measures_again(chair: GoingChair) -> None:
+    go(chair)
+    lidar = chair.world.lidars[1]
+    lidar.stalled = True
+    chair.until(chair.neutral, limits.CLEARANCE_OLD_MS + PAGE_MS)
+    chair.comes_to_rest()
+    assert (chair.news["state"], chair.news["reason"]) == ("ended", "obstacle_data_old")
+    chair.page.choose(chair.tiles["Keuken"])
+    chair.stays_still(600)
+    assert (chair.news["state"], chair.news["reason"]) == ("ended", "obstacle_data_old")
+    lidar.stalled = False
+    chair.stays_still(600)
+    go(chair)
+    chair.until(lambda: chair.news["state"] == "arrived", 40_000)
+
+
 def test_people_end_it(chair: GoingChair) -> None:
     assert chair.host is not None
     caretaker = Page(chair.host, "caretaker")

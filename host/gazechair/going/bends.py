@@ -30,11 +30,15 @@ _TURNS_ON_RAD, _TURNS_ON_S, _GOES_ON_M, _BEYOND_M = math.radians(4.0), 1.5, 0.50
 _SPEED_M_S, _SETTLES_S = 0.22, 0.6
 
 
+Point = tuple[float, float]
+"""x, y in metres, in the map's frame."""
+
+
 @dataclass(frozen=True)
 class Bend:
     """The arc between the legs from `a` to `b` and from `b` to `c`."""
 
-    begin_m: FloatArray
+    begin_m: Point
     begin_rad: float
     angle_rad: float
     """Left positive."""
@@ -42,12 +46,13 @@ class Bend:
     tangent_m: float
 
     @classmethod
-    def of(cls, a: FloatArray, b: FloatArray, c: FloatArray, tangent_m: float) -> Bend:
+    def of(cls, a: Point, b: Point, c: Point, tangent_m: float) -> Bend:
         """Tangent to both legs, beginning `tangent_m` before `b`."""
-        along, onward = b - a, c - b
-        begin_rad = math.atan2(along[1], along[0])
-        angle = math.remainder(math.atan2(onward[1], onward[0]) - begin_rad, 2.0 * math.pi)
-        begin = b - along * (tangent_m / math.hypot(*along))
+        x, y = b[0] - a[0], b[1] - a[1]
+        begin_rad = math.atan2(y, x)
+        angle = math.remainder(math.atan2(c[1] - b[1], c[0] - b[0]) - begin_rad, 2.0 * math.pi)
+        share = tangent_m / math.hypot(x, y)
+        begin = b[0] - x * share, b[1] - y * share
         radius = tangent_m / max(math.tan(0.5 * abs(angle)), 1e-6)
         return cls(begin, begin_rad, angle, radius, tangent_m)
 
@@ -70,7 +75,7 @@ class Bend:
         """Radians that a point is along the arc, and metres that it is to the left of it."""
         side = math.copysign(1.0, self.angle_rad)
         c, s = math.cos(self.begin_rad), math.sin(self.begin_rad)
-        dx, dy = x_m - float(self.begin_m[0]), y_m - float(self.begin_m[1])
+        dx, dy = x_m - self.begin_m[0], y_m - self.begin_m[1]
         along, across = c * dx + s * dy, side * (c * dy - s * dx)
         gap = math.hypot(along, self.radius_m - across)
         return math.atan2(along, self.radius_m - across), side * (self.radius_m - gap)
@@ -98,20 +103,25 @@ class Bend:
         return _SETTLES_S + drives_s - 2.0 * self.tangent_m / _SPEED_M_S
 
 
-def bend_at(
-    costmap: Costmap, a: FloatArray, b: FloatArray, c: FloatArray, most_m: float
-) -> Bend | None:
-    """The widest bend at `b` that has room; None: turn on the spot."""
+def widest(a: Point, b: Point, c: Point, most_m: float) -> Bend | None:
+    """The widest bend at `b`, whether or not it has room; None: none is permitted.
+
+    Of all bends there it takes the least time.
+    """
     tangent_m = min(most_m, MOST_M)
+    if tangent_m < LEAST_M:
+        return None
+    bend = Bend.of(a, b, c, tangent_m)
+    return None if abs(bend.angle_rad) > _MOST_RAD or bend.radius_m < _LEAST_RADIUS_M else bend
+
+
+def bend_at(costmap: Costmap, a: Point, b: Point, c: Point, most_m: float) -> Bend | None:
+    """The widest bend at `b` that has room; None: turn on the spot."""
     for _ in range(_TRIES):
-        if tangent_m < LEAST_M:
-            return None
-        bend = Bend.of(a, b, c, tangent_m)
-        if abs(bend.angle_rad) > _MOST_RAD or bend.radius_m < _LEAST_RADIUS_M:
-            return None
-        if bend.is_none or _has_room(costmap, bend):
+        bend = widest(a, b, c, most_m)
+        if bend is None or bend.is_none or _has_room(costmap, bend):
             return bend
-        tangent_m *= _SMALLER
+        most_m = _SMALLER * bend.tangent_m
     return None
 
 

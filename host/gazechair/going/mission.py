@@ -257,7 +257,7 @@ class Mission:
         self._follower.take(found, pose)
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
-        if hurried and not found.is_easy and not self._wants_plan:
+        if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
 
     def _is_better(self, found: Planned) -> bool:
@@ -360,8 +360,12 @@ class Mission:
         self._stuck.count(self._asked != STOP or waits, put_out, now_s)
         if stick == STOP and not waits:
             if self._stuck.idles():
-                again, self._stuck.looked = self._stuck.looked, True
-                self._give_up(STANDS, now_s) if again else self._ask_plan()
+                if self._stuck.looked:
+                    self._give_up(STANDS, now_s)
+                else:
+                    self._stuck.looked = True
+                    self._ask_plan(drives_on=True)
+                    self.state, self.reason = WAITING, STANDS
             return stick
         if turns != self._stuck.turns:
             self._stuck = Stuck(self.rolled.pose, turns)

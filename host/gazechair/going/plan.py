@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.going.bends import Bend
 from gazechair.going.costmap import Costmap
 from gazechair.going.lattice import (
     LOOSE_M,
@@ -28,7 +26,6 @@ from gazechair.going.lattice import (
 )
 from gazechair.going.smooth import (
     ALONG_M,
-    PASSES_M,
     TURN_EASY_M,
     TURN_M,
     Pose,
@@ -38,6 +35,7 @@ from gazechair.going.smooth import (
     turn_poses,
     turn_refused,
 )
+from gazechair.going.way import NoWay, Way
 
 __all__ = ["GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoWay", "Planner", "Pose", "Refused", "Way"]
 
@@ -51,65 +49,21 @@ _HERE_M, _HERE_RAD = 0.08, math.radians(5.0)  # nearer: no leg, and no turn that
 LEAST_M = -0.01
 """Least clearance of a path, by the map, whose own error is as large; the board guards the rest."""
 _TURNS_NEARER_M = 0.03  # than legs: where the board refuses a turn, another path is found
-# Least clearance of poses and turns in the search, tried in this order until a path is easy. In
-# turns the board keeps 7 cm off; a loose search may give a route that smoothing cannot clear.
-_CLEAR_M = ((LOOSE_M, 0.085), (LOOSE_M, 0.04), (STRICT_M, 0.03), (LOOSE_M, 0.0))
+# Least clearance of poses and turns in the search, and whether a leg straight on comes first; tried
+# in this order until a path is easy. In turns the board keeps 7 cm off; a loose search may give a
+# route that smoothing cannot clear.
+_TRIES = (
+    (LOOSE_M, 0.085, False), (LOOSE_M, 0.085, True), (LOOSE_M, 0.04, False),
+    (STRICT_M, 0.03, False), (LOOSE_M, 0.0, False),
+)  # fmt: skip
 _LEG_STEPS_M = (0.0, 0.3, 0.6, 0.9, 1.2, 1.6)
 _GOAL_M = 0.9 * STEP_M
 _SNAP_RAD, _ROUND_RAD = math.radians(12.0), math.radians(5.0)
 _COST_PER_S = 15.0  # of the lattice
-_EASY_S, _EASY_S_PER_M = 20.0, 7.0
 _SHORT_S_PER_M = 600.0  # of ending within _GOAL_M of the goal
 
 Headings = tuple[float, float | None]
 """At the start, and at the goal (None: any), in radians."""
-
-
-@dataclass(frozen=True)
-class Way:
-    """Vertices (N, 2) from the chair to the goal, and the heading to end with (None: any)."""
-
-    points_m: FloatArray
-    heading_rad: float | None
-    backward: bool = False
-    """The first leg is driven backward."""
-    clearance_m: float = 0.0
-    cost_s: float = 0.0
-    """Estimated, for choosing between paths."""
-    bends: tuple[Bend | None, ...] = ()
-    """The bend at each vertex; None: a turn on the spot."""
-
-    @property
-    def is_easy(self) -> bool:
-        """Whether a search for a better path is hardly worthwhile."""
-        easy_s = _EASY_S + _EASY_S_PER_M * self.length_m
-        return self.clearance_m >= PASSES_M and self.cost_s < easy_s
-
-    def bend(self, vertex: int) -> Bend | None:
-        """The arc in place of a vertex; None: a turn on the spot."""
-        return self.bends[vertex] if vertex < len(self.bends) else None
-
-    def begun_at(self, vertex: int, pose: Pose) -> Way:
-        """The same path with its leg from `vertex` beginning at `pose`; the goal stays."""
-        if vertex >= len(self.points_m) - 1:
-            return self
-        points = self.points_m.copy()
-        points[vertex] = pose[:2]
-        beside = vertex, vertex + 1
-        bends = tuple(None if k in beside else bend for k, bend in enumerate(self.bends))
-        return replace(self, points_m=points, bends=bends)
-
-    @property
-    def length_m(self) -> float:
-        """Length of all legs."""
-        return float(np.hypot(*np.diff(self.points_m, axis=0).T).sum())
-
-
-@dataclass(frozen=True)
-class NoWay:
-    """There is no path; `reason` is a key of the string tables."""
-
-    reason: str
 
 
 class Planner:
@@ -121,6 +75,7 @@ class Planner:
         self._lattice = Lattice(costmap)
         self._may_reverse = may_reverse
         self._refused: Sequence[Refused] = ()
+        self._hurries = False
 
     def plan(
         self,
@@ -131,18 +86,19 @@ class Planner:
     ) -> Way | NoWay:
         """The path; takes 0.1 to 0.3 s, longer where it is narrow, unless in a `hurry`.
 
-        A goal without a heading allows any. `hurry`: the first path found, though not the easiest.
+        A goal without a heading allows any. `hurry`: the first path found, though not the easiest
+        and hardly smoothed.
         """
-        self._refused = refused
+        self._refused, self._hurries = refused, hurry
         here = self._here(start, goal)
         if here is not None and math.dist(start[:2], goal[:2]) <= _HERE_M:
             return here
         self._lattice.refresh()
         turns = [(one.x_m, one.y_m) for one in refused if one.turns]
         best: Way | NoWay = NoWay(NO_WAY)
-        for least_m, turn_m in _CLEAR_M:
+        for least_m, turn_m, leg in _TRIES:
             self._lattice.use(least_m, turn_m, turns)
-            found = self._plan(start, goal)
+            found = self._plan(start, goal, leg)
             if isinstance(found, NoWay):
                 if found.reason != NO_WAY:
                     return found
@@ -172,7 +128,11 @@ class Planner:
         clear = self._costmap.clearance_m(*turn_poses(pose, to_rad))
         return bool(clear.min() >= TURN_M)
 
-    def _plan(self, start: Pose, goal: Pose | tuple[float, float]) -> Way | NoWay:
+    def _plan(self, start: Pose, goal: Pose | tuple[float, float], leg: bool) -> Way | NoWay:
+        """`leg`: begin straight on where possible, not with a turn, however small.
+
+        So does a path from where the board refused a turn, or straight back.
+        """
         heading = goal[2] if len(goal) == 3 else None
         goals = self._ends(goal[0], goal[1], heading)
         if not len(goals[0]):
@@ -180,10 +140,12 @@ class Planner:
         starts = self._starts(start)
         if not starts:
             return NoWay(START_BLOCKED)
+        no_turn = turn_refused(self._refused, np.array(start[:2]))
+        if leg or no_turn:
+            starts = [one for one in starts if one[1] > 0.0 or (no_turn and one[1])] or starts
         every = np.concatenate([one[0] for one in starts])
         costs = self._lattice.costs_to(goals[0], goals[1], every)
         best = None
-        no_turn = turn_refused(self._refused, np.array(start[:2]))
         first = Smoother(self._costmap, start[2], heading, False, self._refused)
         for poses, leg_m, leg_s in starts:
             for pose in poses[costs[poses] < UNREACHED]:
@@ -192,8 +154,10 @@ class Planner:
                 price = costs[pose] + 20.0 * abs(off) + 200.0 * float(np.hypot(*gap))
                 price += _COST_PER_S * leg_s
                 if no_turn:
-                    end = _ahead(start, leg_m)
-                    price += _COST_PER_S * first.turn_s(end, start[2], start[2] + off)
+                    x, y = _ahead(start, leg_m)
+                    price += _COST_PER_S * first.turn_s(
+                        (float(x), float(y)), start[2], start[2] + off
+                    )
                 if best is None or price < best[0]:
                     best = (price, int(pose), leg_m)
         if best is None:
@@ -209,8 +173,14 @@ class Planner:
             points.append(_ahead((goal[0], goal[1], heading), -leg_in_m))
         points.append(np.array(goal[:2]))
         way = self._eased(points, (start[2], heading), best[2], leg_in_m)
+        if self._hurries and not self._is_clear(way, start):
+            self._hurries = False
+            way = self._eased(points, (start[2], heading), best[2], leg_in_m)
+        return way if self._is_clear(way, start) else NoWay(NO_WAY)
+
+    def _is_clear(self, way: Way, start: Pose) -> bool:
         turns_m = self._turns_m(way, start[2]) + _TURNS_NEARER_M
-        return NoWay(NO_WAY) if min(way.clearance_m, turns_m) < self._least_m(start) else way
+        return min(way.clearance_m, turns_m) >= self._least_m(start)
 
     def _turns_m(self, way: Way, before_rad: float) -> float:
         """Least clearance in the turns on the spot of a path."""
@@ -266,7 +236,9 @@ class Planner:
         """`leg_m`: length of the straight first leg, negative backward; 0: there is none."""
         fixed = 1 + (leg_m != 0.0)
         smooth = Smoother(self._costmap, *rads, leg_m < 0.0, self._refused)
-        found, clear, cost_s = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
+        found, clear, cost_s = smooth(
+            _merged(points, fixed, fixed_end), fixed, fixed_end, moves=not self._hurries
+        )
         return Way(found, rads[1], leg_m < 0.0, clear, cost_s, smooth.bends(found))
 
     def _ends(

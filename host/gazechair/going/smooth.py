@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.going.bends import Bend, bend_at
+from gazechair.going.bends import Bend, Point, bend_at, widest
 from gazechair.going.costmap import Costmap
 from gazechair.going.lattice import NO_TURN_M
 
@@ -79,94 +79,134 @@ class Smoother:
         self._costmap = costmap
         self._refused = refused
         self._start_rad, self._goal_rad, self._backward = start_rad, goal_rad, backward
-        self._legs: dict[tuple[float, ...], tuple[float, float, float]] = {}
-        self._turns: dict[tuple[float, ...], float] = {}
-        self._bends: dict[tuple[float, ...], Bend | None] = {}
+        self._legs: dict[tuple[Point, Point], tuple[float, float, float]] = {}
+        self._turns: dict[tuple[Point, float, float], float] = {}
+        self._bends: dict[tuple[Point, Point, Point, float], Bend | None] = {}
 
     def __call__(
-        self, points: list[FloatArray], fixed: int, fixed_end: int
+        self, points: list[FloatArray], fixed: int, fixed_end: int, moves: bool = True
     ) -> tuple[FloatArray, float, float]:
-        """Vertices (N, 2), least clearance, seconds; `fixed`, `fixed_end` vertices stay."""
-        cost = self._cost(points)
+        """Vertices (N, 2), least clearance, seconds; `fixed`, `fixed_end` vertices stay.
+
+        Without `moves` vertices are only removed: a fifth of the time, for a path that costs more.
+        """
+        found = [_point(one) for one in points]
+        cost = self._cost(found)
         while True:
-            options = [points[:k] + points[k + 1 :] for k in range(fixed, len(points) - fixed_end)]
-            priced = [(self._cost(option), n) for n, option in enumerate(options)]
-            best = min(priced, default=(math.inf, 0))
-            if best[0] >= cost:
+            kept = found
+            for k in range(fixed, len(kept) - fixed_end):
+                option = kept[:k] + kept[k + 1 :]
+                price = self._cost(option, cost)
+                if price < cost:
+                    cost, found = price, option
+            if found is kept:
                 break
-            cost, points = best[0], options[best[1]]
-        for move_m in _MOVES_M:
+        for move_m in _MOVES_M if moves else ():
             for _ in range(4):
                 before = cost
-                for k in range(fixed, len(points) - fixed_end):
+                for k in range(fixed, len(found) - fixed_end):
                     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1)):
-                        moved = list(points)
-                        moved[k] = points[k] + (dx * move_m, dy * move_m)
-                        price = self._cost(moved)
+                        x, y = found[k]
+                        moved = list(found)
+                        moved[k] = x + dx * move_m, y + dy * move_m
+                        price = self._cost(moved, cost - 1e-6)
                         if price < cost - 1e-6:
-                            cost, points = price, moved
+                            cost, found = price, moved
                 if cost > before - 0.05:
                     break
-        legs = [self._leg(a, b)[1] for a, b in itertools.pairwise(points)]
-        return np.array(points), min(legs, default=0.0), cost
+        legs = [self._leg(a, b)[1] for a, b in itertools.pairwise(found)]
+        return np.array(found), min(legs, default=0.0), cost
 
     def bends(self, points: FloatArray) -> tuple[Bend | None, ...]:
         """The bend at each vertex that `__call__` returned; None: a turn on the spot."""
-        every = list(points)
-        inner = [self._bend(every, k) for k in range(1, len(every) - 1)]
-        return (None, *inner, None)
+        every = [_point(one) for one in points]
+        return tuple(self._bend(every, k) for k in range(len(every)))
 
     def first_leg_s(self, a: FloatArray, b: FloatArray) -> float:
         """Seconds of the path's first leg, including those for what is ahead of its end."""
-        leg_s, _, end_s = self._leg(a, b)
+        leg_s, _, end_s = self._leg(_point(a), _point(b))
         return leg_s + end_s
 
-    def _cost(self, points: list[FloatArray]) -> float:
-        backward = self._backward
-        headings = _headings(points, backward)
-        total, before = 0.0, self._start_rad
-        ends_s = 0.0  # of the leg before: for what is ahead of its end, unless a bend leads away
-        for k, heading in enumerate(headings):
-            bend = self._bend(points, k) if k else None
-            total += (
-                ends_s + self.turn_s(points[k], before, heading) if bend is None else bend.seconds
+    def _cost(self, points: list[Point], below_s: float = math.inf) -> float:
+        """Seconds of the path; inf as soon as they cannot be less than `below_s`.
+
+        First the least that each part can take; where that is little enough, the costmap is asked.
+        """
+        legs = list(itertools.pairwise(points))
+        headings = _headings(legs, self._backward)
+        rads = list(zip([self._start_rad, *headings], [*headings, self._goal_rad], strict=True))
+        least_s = [math.dist(a, b) / _SPEED_M_S for a, b in legs]
+        corners_s = [self._least_s(points, k, *rads[k]) for k in range(len(points))]
+        total = sum(least_s) + sum(corners_s)
+        if self._refused:
+            total += sum(
+                refused_s(self._refused, points[k], heading)
+                for k, heading in enumerate(headings)
+                if k or not self._backward
             )
-            leg_s, _, ends_s = self._leg(points[k], points[k + 1])
-            total += leg_s
-            if not (backward and not k):
-                total += refused_s(self._refused, points[k], heading)
-            before = heading
-        total += ends_s
-        if self._goal_rad is not None:
-            total += self.turn_s(points[-1], before, self._goal_rad)
+        for (a, b), least in zip(legs, least_s, strict=True):
+            if total >= below_s:
+                return math.inf
+            total += self._leg(a, b)[0] - least
+        for k, least in enumerate(corners_s):
+            if total >= below_s:
+                return math.inf
+            total += self._corner_s(points, k, *rads[k]) - least
         return total
 
-    def _bend(self, points: list[FloatArray], k: int) -> Bend | None:
-        """The bend at vertex `k`, or None; neighbouring bends share the leg between them."""
+    def _least_s(self, points: list[Point], k: int, before: float, after: float | None) -> float:
+        """The least that `_corner_s` can be."""
+        if after is None:
+            return 0.0
+        bend = self._widest(points, k)
+        turn_s = _least_turn_s(abs(math.remainder(after - before, 2.0 * math.pi)))
+        return turn_s if bend is None else min(turn_s, bend.seconds)
+
+    def _corner_s(self, points: list[Point], k: int, before: float, after: float | None) -> float:
+        """Seconds of the bend at vertex `k`, or of the turn on the spot and the stop before it."""
+        bend = self._bend(points, k)
+        if bend is not None:
+            return bend.seconds
+        ends_s = self._leg(points[k - 1], points[k])[2] if k else 0.0
+        return ends_s + (0.0 if after is None else self.turn_s(points[k], before, after))
+
+    def _most_m(self, points: list[Point], k: int) -> float:
+        """The longest tangent at vertex `k`, 0 for none; bends share the leg between them."""
+        if not 0 < k < len(points) - 1 or (self._backward and k == 1):
+            return 0.0
         a, b, c = points[k - 1 : k + 2]
-        if self._backward and k == 1:
-            return None
-        before, after = float(np.hypot(*(b - a))), float(np.hypot(*(c - b)))
-        most_m = min(
+        before, after = math.dist(a, b), math.dist(b, c)
+        return min(
             before - _BEND_ROLLS_M if k == 1 else 0.5 * before,
             after - _BEND_ENDS_M if k == len(points) - 2 else 0.5 * after,
         )
-        key = (*a.tolist(), *b.tolist(), *c.tolist(), most_m)
+
+    def _widest(self, points: list[Point], k: int) -> Bend | None:
+        most_m = self._most_m(points, k)
+        return widest(*points[k - 1 : k + 2], most_m) if most_m > 0.0 else None
+
+    def _bend(self, points: list[Point], k: int) -> Bend | None:
+        """The bend at vertex `k`, or None."""
+        most_m = self._most_m(points, k)
+        if most_m <= 0.0:
+            return None
+        a, b, c = points[k - 1 : k + 2]
+        key = a, b, c, most_m
         if key not in self._bends:
             shut = any(math.dist((one.x_m, one.y_m), b) < _NO_BEND_M for one in self._refused)
             self._bends[key] = None if shut else bend_at(self._costmap, a, b, c, most_m)
         return self._bends[key]
 
-    def _leg(self, a: FloatArray, b: FloatArray) -> tuple[float, float, float]:
+    def _leg(self, begin: Point, end: Point) -> tuple[float, float, float]:
         """Seconds, least clearance in metres, and seconds for what is ahead of its end."""
-        key = (*a.tolist(), *b.tolist())
-        found = self._legs.get(key)
+        found = self._legs.get((begin, end))
         if found is None:
-            length = float(np.hypot(*(b - a)))
+            a, b = np.array(begin), np.array(end)
+            length = math.dist(begin, end)
             count = max(2, int(length / ALONG_M) + 1)
             at = a + (b - a) * np.linspace(0.0, 1.0, count)[:, None]
-            heading = math.atan2(b[1] - a[1], b[0] - a[0])
-            backward = self._backward and a is not b and self._is_first(a)
+            heading = math.atan2(end[1] - begin[1], end[0] - begin[0])
+            backward = self._backward and self._is_first(begin)
             if backward:
                 heading += math.pi
             onward = b + (b - a) / max(length, 1e-6) * _ONWARD_M[:, None]
@@ -187,25 +227,24 @@ class Smoother:
             seconds += self._costmap.ahead.leg_s(standing_m, a, b, backward)
             if float(clear[_LEAVES:].min(initial=1.0)) < PASSES_M:
                 seconds += _NOT_PASSED_S
-            found = self._legs[key] = (seconds, float(clear.min()), ends_s)
+            found = self._legs[begin, end] = (seconds, float(clear.min()), ends_s)
         return found
 
-    def _is_first(self, a: FloatArray) -> bool:
+    def _is_first(self, a: Point) -> bool:
         if not hasattr(self, "_first"):
             self._first = a
         return a is self._first
 
-    def turn_s(self, at: FloatArray, before: float, after: float) -> float:
+    def turn_s(self, at: Point, before: float, after: float) -> float:
         """Seconds of a turn on the spot."""
         angle = math.remainder(after - before, 2.0 * math.pi)
         no_turn = turn_refused(self._refused, at) and abs(angle) > _SAME_RAD
         if abs(angle) < _STRAIGHT_RAD and not no_turn:
-            return 2.0 * abs(angle)
-        key = (*at.tolist(), before, after)
+            return _least_turn_s(abs(angle))
+        key = (at, before, after)
         found = self._turns.get(key)
         if found is None:
-            pose = float(at[0]), float(at[1]), before
-            clear = self._costmap.clearance_m(*turn_poses(pose, after))
+            clear = self._costmap.clearance_m(*turn_poses((*at, before), after))
             found = _TURN_S + abs(angle) / _TURN_RAD_S
             least = float(clear.min())
             found += 200.0 * max(0.0, TURN_EASY_M - least)
@@ -228,14 +267,14 @@ def turn_poses(
     return pose[0] * here, pose[1] * here, pose[2] + np.copysign(steps, end)
 
 
-def turn_refused(refused: Sequence[Refused], at: FloatArray) -> bool:
+def turn_refused(refused: Sequence[Refused], at: FloatArray | Point) -> bool:
     """Whether the board did not let the chair turn near there."""
     return any(
         one.turns and math.hypot(one.x_m - at[0], one.y_m - at[1]) < NO_TURN_M for one in refused
     )
 
 
-def refused_s(refused: Sequence[Refused], at: FloatArray, heading_rad: float) -> float:
+def refused_s(refused: Sequence[Refused], at: FloatArray | Point, heading_rad: float) -> float:
     """Seconds that going on near a refused pose costs; 0: none is near."""
     return max(
         (
@@ -249,8 +288,18 @@ def refused_s(refused: Sequence[Refused], at: FloatArray, heading_rad: float) ->
     )
 
 
-def _headings(points: list[FloatArray], backward: bool) -> list[float]:
-    found = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in itertools.pairwise(points)]
+def _point(at: FloatArray) -> Point:
+    return float(at[0]), float(at[1])
+
+
+def _least_turn_s(angle_rad: float) -> float:
+    """Seconds of a turn on the spot, or of one steered while driving, where all is free."""
+    small = angle_rad < _STRAIGHT_RAD
+    return 2.0 * angle_rad if small else _TURN_S + angle_rad / _TURN_RAD_S
+
+
+def _headings(legs: list[tuple[Point, Point]], backward: bool) -> list[float]:
+    found = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in legs]
     if backward:
         found[0] += math.pi
     return found

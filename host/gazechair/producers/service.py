@@ -27,10 +27,12 @@ from gazechair.sensing.mapping.locating.whereabouts import Whereabouts, pack
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox_service import InboxService
 from gazechair.sensing.odometry.odometry import Estimate
+from gazelink import codes
 
 # Why a motion ended, apart from the reasons of its producer and the board.
 STOPPED, CHANGED, FAILED = "going_stopped", "going_changed", "going_failed"
-_BOARD_SAYS = ("supervision_lost", "auto_overruled", "auto_limit")
+_BOARD_SAYS = {"supervision_lost", "auto_overruled", "auto_limit"}
+_BOARD_SAYS |= {name for _bit, name, _severity, _latched in codes.FAULTS}
 
 _WORD_S = 0.018  # for 50 per second, with a margin
 _IDLE_WORD_S = 0.1

@@ -17,7 +17,7 @@ from gazesim.chair import Chair
 from goingrig import Box, floor, numbers
 
 CORNER = np.array(((1.5, 1.5), (4.0, 1.5), (4.0, 3.5)))
-LEFT = Bend.of(*CORNER, 0.8)
+LEFT = Bend.of(*CORNER.tolist(), 0.8)
 HALL = (8.0, 6.0)
 
 

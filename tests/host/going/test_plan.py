@@ -318,3 +318,17 @@ def test_a_plan_made_while_distances_are_computed_does_not_hide_them_from_the_ne
         patch.setattr("gazechair.going.costmap.distances", meanwhile)
         costmap.refresh(1.0)
     assert free_behind(lattice) == 0
+
+
+def test_past_a_door_leaf_it_drives_straight_on_before_it_turns() -> None:
+    """The leaf is beside the chair's rear corner: a turn at once is refused, whatever it costs."""
+    door = ((3.95, 0.0, 4.05, 0.925), (3.95, 1.9, 4.05, 4.0), (3.95, 0.9, 4.975, 0.975))
+    boxes = (*door, (7.5, 1.6, 7.9, 2.4), (7.5, 2.85, 7.9, 3.65))
+    start, goal = (5.23, 1.4, 0.0), (6.4, 1.63, -1.174)
+    refused = Refused(*start, turns=True, price_s=30.0)
+    for known in ((), (refused,), 3 * (refused,)):
+        found = Planner(floor(boxes), may_reverse=True).plan(start, goal, known)
+        assert isinstance(found, Way)
+        assert found.points_m[1] == pytest.approx((found.points_m[1][0], start[1]), abs=0.01)
+        assert found.points_m[1][0] > start[0] + 0.2
+        assert found.cost_s < 60.0

@@ -99,11 +99,14 @@ def test_a_chair_that_stands_though_nothing_is_in_the_way_says_so(
         chair.jammed = True
     else:
         chair.mission._follower.step = lambda *_: STOP  # type: ignore[method-assign]
-    said = set()
+    said, silent_s, silent_most_s = set(), 0.0, 0.0
     while chair.mission.state != BLOCKED:
         chair.step()
         said.add((chair.mission.state, chair.mission.reason))
+        silent_s = 0.0 if chair.mission.reason else silent_s + PERIOD_S
+        silent_most_s = max(silent_most_s, silent_s)
         assert chair.now_s < 30.0
+    assert silent_most_s < 10.0
     assert {reason for _, reason in said} == {"", STANDS}
     assert chair.mission.reason == STANDS
 

@@ -158,6 +158,20 @@ def test_people_who_walk_past_do_not_take_the_chair_along() -> None:
     assert doubts.PUSHED not in {doubt for one in found for doubt in one.doubts}
 
 
+def test_a_lidar_that_comes_back_in_step_with_the_other_is_not_silent() -> None:
+    """Its half turns end with the other's, and are no newer: what they tell is not needed."""
+    odometry, said = Odometry(), []
+    for one, other in zip(pieces(room(), still, 6.0), pieces(room(), still, 6.0), strict=True):
+        estimate = odometry.piece(one)
+        assert estimate is not None
+        said.append(estimate)
+        late_s = 0.01 if one.middle_s < 2.0 else 0.0
+        if not 2.0 < one.middle_s < 4.0:
+            odometry.piece(replace(other, times_s=other.times_s + late_s, lidar=1))
+    assert 2.0 < first(said, doubts.SILENT) < 2.8
+    assert doubts.SILENT not in {doubt for one in said if one.time_s > 4.2 for doubt in one.doubts}
+
+
 @pytest.mark.parametrize("place_m", [-0.4, 0.5])
 def test_a_lidar_that_falls_silent_is_said_and_the_other_goes_on(place_m: float) -> None:
     def pushed(time_s: float) -> tuple[float, float, float]:

@@ -144,8 +144,9 @@ class Odometry:
     def piece(self, piece: Piece) -> Estimate | None:
         """The estimate at the middle of the piece; None: the piece is unusable."""
         at_s = piece.middle_s
+        self._heard_s[piece.lidar] = at_s
         if self._time_s is not None and at_s <= self._time_s:
-            return None
+            return None  # no newer than another lidar's, which need not be silent for that
         sensor = self._heading_at(piece)
         is_back, steady = self._breaks.judge(at_s, sensor.known)
         judges = self._inexact.judge(at_s, sensor.exact)[1]
@@ -164,7 +165,6 @@ class Odometry:
         self._cross_check(found, dt_s, judges)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, sensor.rad
-        self._heard_s[piece.lidar] = at_s
         self._remember(fitted.points, fitted.normals, at_s, found)
         doubts = self._doubts.judge(self._seen(piece, sensor, fitted, judges))
         self._differs = DIFFERS in doubts
