@@ -12,6 +12,8 @@ from gazemeasure.home import upkeep
 from gazemeasure.home.maps import WALLS_M
 from gazemeasure.home.upkeep import Kept
 from gazemeasure.report import Report
+from gazesim import home_plans
+from gazesim.home_routes import Router
 
 
 def test_moved_furniture_is_taken_over_and_a_crowd_leaves_nothing(
@@ -26,6 +28,11 @@ def test_moved_furniture_is_taken_over_and_a_crowd_leaves_nothing(
     assert kept.left < 0.8 * kept.old
     assert np.percentile(kept.off_m, 95) < WALLS_M
     assert np.percentile(kept.added_off_m, 95) < WALLS_M
+
+
+def test_a_door_that_would_leave_no_place_to_turn_in_the_corridor_stays_open() -> None:
+    moved, _ = upkeep.changed(home_plans.home(11), np.random.default_rng(11))
+    assert Router(moved).place(*moved.places["corridor"]) is not None
 
 
 def is_ok(**changed: object) -> bool:

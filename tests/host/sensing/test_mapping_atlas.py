@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -39,17 +42,21 @@ def test_each_map_that_is_read_is_a_sign_of_life_also_when_the_chairs_own_is_gon
     assert atlas.ids == ["b", "c"]
 
 
-def floor() -> OccupancyGrid:
+def map_of(room: Room, at: Iterable[np.ndarray]) -> OccupancyGrid:
     keys = []
-    for pose in list(poses(((2.0, 4.0), (2.0, 1.8), (2.0, 4.0), (5.0, 4.0))))[::2]:
-        seen = points(*scan(flat(), pose, CHANCE))
+    for pose in at:
+        seen = points(*scan(room, pose, CHANCE))
         keys.append(KeyScan(pose, seen, np.zeros_like(seen), 0.0, 0.0, 0.0))
     return occupancy_of(keys)
 
 
-def look(atlas: Atlas, room: Room, at_s: float) -> Location | None:
-    """Look at `room` from HERE, at rest."""
-    seen = points(*scan(room, HERE, CHANCE))
+def floor() -> OccupancyGrid:
+    return map_of(flat(), list(poses(((2.0, 4.0), (2.0, 1.8), (2.0, 4.0), (5.0, 4.0))))[::2])
+
+
+def look(atlas: Atlas, room: Room, at_s: float, pose: np.ndarray = HERE) -> Location | None:
+    """Look at `room` from `pose`, at rest."""
+    seen = points(*scan(room, pose, CHANCE))
     estimate = Estimate(at_s, *(0.0,) * 10, 1.0, (), 0)
     return atlas.look(Seen(Look(seen, np.zeros_like(seen)), np.zeros(3), estimate))
 
@@ -71,3 +78,30 @@ def test_which_of_two_like_floors_it_is_on_is_not_known_after_a_lift_ride(
         if atlas.id or atlas.rivalled:
             break
     assert (atlas.id, atlas.rivalled) == (id_, not id_)
+
+
+def landing(*far: tuple[float, float], is_open: bool = True) -> Room:
+    """A lift's cabin, its door, and a hall with these corners opposite the door."""
+    corners = (
+        *((0.0, -0.45), (0.0, -0.6), (-1.6, -0.6), (-1.6, 0.6), (0.0, 0.6), (0.0, 0.45)),
+        *((0.1, 0.45), (0.1, 3.0), *far, (0.1, -3.0), (0.1, -0.45), (0.0, -0.45)),
+    )
+    walls = [(*one, *after) for one, after in pairwise(corners)]
+    return Room("landing", (*walls, *(() if is_open else ((0.0, -0.45, 0.0, 0.45),))))
+
+
+def test_from_a_mapped_lift_another_floors_hall_is_noticed_within_five_seconds() -> None:
+    mapped = (4.0, 3.0), (4.0, -3.0)
+    other = (5.5, 3.0), (5.5, 0.4), (4.0, 0.4), (4.0, -3.0)
+    atlas, cabin = Atlas(), np.array((-0.8, 0.0, 0.0))
+    along = [np.array((x, y, 0.0)) for x in (-0.8, 0.6, 1.5, 3.0) for y in (-0.2, 0.0, 0.2)]
+    atlas.know({"a": map_of(landing(*mapped), along)})
+    atlas.place("a", cabin, np.zeros(3), 0)
+    for at_s in np.arange(0.0, 3.0, 0.2):
+        assert look(atlas, landing(*mapped), at_s, cabin) is not None
+    for at_s in np.arange(3.0, 15.0, 0.2):  # no wall of the hall is in sight: it may be this floor
+        assert look(atlas, landing(*mapped, is_open=False), at_s, cabin) is not None
+    for at_s in np.arange(15.0, 20.0, 0.2):
+        if look(atlas, landing(*other), at_s, cabin) is None:
+            break
+    assert not atlas.id

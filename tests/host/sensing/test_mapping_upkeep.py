@@ -124,6 +124,13 @@ def test_people_who_stand_elsewhere_in_each_drive_leave_nothing(grid: OccupancyG
     assert after(grid, *rooms)[2] == []
 
 
+def test_people_who_stand_at_nearly_the_same_place_in_each_drive_leave_nothing(
+    grid: OccupancyGrid,
+) -> None:
+    stood = ((1.2, 2.4), (1.3, 2.45), (1.15, 2.5), (1.25, 2.35))
+    assert after(grid, *[flat(people=[Person((one,))]) for one in stood])[2] == []
+
+
 def test_a_place_that_is_a_little_wrong_makes_no_wall_thicker(grid: OccupancyGrid) -> None:
     ledger = Ledger.of(grid)
     for off in ((0.06, 0.0, 0.0), (0.05, -0.03, 0.0), (0.06, 0.0, math.radians(0.7))):

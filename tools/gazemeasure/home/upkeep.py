@@ -131,7 +131,10 @@ def kept(seed: int, drives: int = DRIVES) -> Kept:
 
 
 def changed(home: Home, chance: np.random.Generator) -> tuple[Home, list[str]]:
-    """The home with furniture moved and a door closed, and the rooms to drive through."""
+    """The home with furniture moved and a door closed, and the rooms to drive through.
+
+    No door is closed where that would leave the chair no place to turn in the corridor.
+    """
     pieces = list(home.furniture)
     rooms = ["corridor"]
     for number in chance.permutation(len(pieces)).tolist():
@@ -144,12 +147,14 @@ def changed(home: Home, chance: np.random.Generator) -> tuple[Home, list[str]]:
                 pieces[number] = elsewhere
                 rooms.append(room)
     moved = replace(home, furniture=tuple(pieces))
+    moved.changed()
+    moved.doors = tuple(replace(one) for one in home.doors)
     for door in home.doors:
         if door.name not in rooms:
-            moved.doors = tuple(replace(one) for one in home.doors)
             moved.set_door(door.name, False)
-            break
-    moved.changed()
+            if Router(moved).place(*moved.places["corridor"]) is not None:
+                break
+            moved.set_door(door.name, door.open)
     return moved, rooms
 
 

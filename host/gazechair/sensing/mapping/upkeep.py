@@ -1,9 +1,10 @@
 """Updates a map by the differences that several later drives have found.
 
 Known surfaces are never moved or thickened: returns within 0.1 m of one count as that surface. A
-new surface counts where the map has free floor and three drives in a row have seen it; a surface is
-gone when two drives in a row have seen free floor there and nothing near it. A single drive changes
-nothing, so that people who stand and doors that are closed for once leave no trace.
+new surface counts where the map has free floor and three drives in a row have seen it, most of it
+each time; a surface is gone when two drives in a row have seen free floor there and nothing near
+it. A single drive changes nothing, so that people who stand and doors that are closed for once
+leave no trace.
 """
 
 from __future__ import annotations
@@ -38,6 +39,9 @@ _LOOKS, _TAKEN, _BLOCKS = 3, 0.3, 0.2  # of a drive, and shares of the looks at 
 _SAME = 2  # cells
 _FIRM = 0.6  # share of hits of a solid cell: glass and thin legs have less
 _CLUSTER_M, _CLUSTER = 0.1, 3  # cells that change together; fewer are noise
+# Of all that drives in a row found around a new surface, the share that lies within a cell of it:
+# people who stood at nearly the same place overlap in a small part.
+_AROUND_M, _REPEATED = 0.15, 0.7
 _DEPTH_M = 0.7  # of furniture: floor this near to where it stood counts once it is seen
 _MOST = 0.2  # share of all surfaces: more at once is another home, or needs a new map
 _SURE = 10  # looks that a changed cell stands for
@@ -168,6 +172,7 @@ class Upkeep:
         ledger, grid = self.ledger(drive_s), self._grid
         cluster = round(_CLUSTER_M / grid.cell_m)
         new = _clustered(ledger.taken >= NEW_AFTER, cluster) & self._floor
+        new &= _is_most(new, ledger.taken > 0, round(_AROUND_M / grid.cell_m))
         gone = _clustered(self._firm & (ledger.free >= GONE_AFTER), cluster)
         changed = int(new.sum() + gone.sum())
         self.too_much = changed > _MOST * self._occupied.sum()
@@ -198,6 +203,11 @@ def _wide(marks: BoolArray, cells: int) -> BoolArray:
 
 def _clustered(marks: BoolArray, cells: int) -> BoolArray:
     return np.asarray(marks & (_sums(marks, cells) >= _CLUSTER))
+
+
+def _is_most(marks: BoolArray, of: BoolArray, cells: int) -> BoolArray:
+    """Whether, within `cells` along both axes, most of `of` lies within a cell of marked ones."""
+    return np.asarray(_sums(of & _wide(marks, 1), cells) >= _REPEATED * _sums(of, cells))
 
 
 def _sums(marks: BoolArray, cells: int) -> NDArray[np.signedinteger]:

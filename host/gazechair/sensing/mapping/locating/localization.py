@@ -51,8 +51,10 @@ _HELD_FOR_M = 1.0  # beyond this distance the view is another, with other people
 _LOST_EXPLAINED = 0.45  # with less: a crowd, or another place; the map is searched again
 _LOST_CONTRADICTED = 0.15  # share of beams that reach known surfaces, and of their length
 _LOST_S = 2.0
-# Static far surfaces of the newest looks: if less agrees, the chair is at another place.
+# Static far surfaces of the newest looks: if less agrees, the chair is at another place. People
+# hide surfaces but contradict none: if that share of what agrees is contradicted, more must agree.
 _RECENT, _FAR_LOST = 5, 0.4
+_FAR_CONTRADICTED, _FAR_LOST_CONTRADICTED = 0.5, 0.65
 _LEAST_FAR_M = 1.0
 # If fits turn the pose this far against odometry within a second, a lidar was bumped: odometry
 # follows the heading sensor. A share of the chair's turn is odometry's own error.
@@ -306,8 +308,11 @@ class Localization:
         if CELL_M * far.sum() < _LEAST_FAR_M:
             return True
         frame = compose(pose, between(odometry, np.zeros(3)))
-        agreed = self._map.agreement(settled, frame).agreed
-        return float(agreed[far].mean()) >= _FAR_LOST
+        agreement = self._map.agreement(settled, frame)
+        agreed = agreement.agreed[far]
+        contradicted = agreement.contradicted_m > _FAR_CONTRADICTED * CELL_M * agreed.sum()
+        least = _FAR_LOST_CONTRADICTED if contradicted else _FAR_LOST
+        return bool(agreed.mean() >= least)
 
     def _still_at(self, pose: FloatArray, odometry: FloatArray) -> Location | None:
         """The location at a known pose of which people may hide most surfaces.
