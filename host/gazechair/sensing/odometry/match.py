@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.odometry.apart import is_by_several
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
+from gazechair.sensing.odometry.straight import straightened
 
 # The state: x, y (m), offset of the heading (rad), speeds forward and sideways (m/s), the speed of
 # a full command (m/s), and the error of this one heading (rad).
@@ -26,7 +28,11 @@ _NOISE_PER_M = 0.002
 _FEW = 5.0  # points: fewer in a cell's square are no surface
 _FLAT = 8.0  # a surface's length in proportion to its depth, variances
 _POST_M = 0.05  # something compact is smaller
+_OFF_SIGMAS, _MOST_OFF_RAD = 2.5, math.radians(15.0)  # of a surface's direction
 _LOOSE_M, _TIGHT_M = 0.25, 0.08  # scale beyond which a point counts less: first round, last round
+# Of a direction that is not determined: a surface this far aslant, the sine, is left out; and a
+# chair that points along it more than this, the cosine, drives along it.
+_ASLANT, _ALONG = 0.7, 0.9
 # Errors of points on one surface are correlated: this many count as one.
 _TOGETHER = 2.0
 
@@ -55,7 +61,6 @@ def fit(
     heading_rad: float,
 ) -> Fit:
     """Fit `points` (chair's frame) starting at the state `prior` with its `covariance`."""
-    weight = np.linalg.inv(covariance)
     state = prior.copy()
     distance = np.hypot(points[:, 0], points[:, 1])
     variance = (_NOISE_M + _NOISE_PER_M * distance) ** 2
@@ -73,12 +78,19 @@ def fit(
         robust = 1.0 / (1.0 + (residuals / loose) ** 2) ** 2
         which = spread[1]
         strength = robust / ((spread[0] + variance[which]) * _TOGETHER)
+        open_axes = _open_axes(rows, turned[which], strength)
+        for axis in open_axes:
+            strength = strength * (np.abs(rows @ axis) < _ASLANT)
+            rows = rows - np.outer(rows @ axis, axis)
         jacobian = _jacobian(rows, turned[which])
         seen = (jacobian.T * strength) @ jacobian
         gradient = jacobian.T @ (strength * residuals)
-        whole = weight + _SPREAD.T @ seen @ _SPREAD
-        pull = weight @ (prior - state) + _SPREAD.T @ gradient
-        step = np.linalg.solve(whole, pull)
+        free, kept = _free_and_kept(open_axes, np.array((c, s)))
+        weight = np.linalg.inv(free.T @ covariance @ free)
+        state = prior + free @ (free.T @ (state - prior))
+        whole = weight + free.T @ _SPREAD.T @ seen @ _SPREAD @ free
+        pull = weight @ free.T @ (prior - state) + free.T @ _SPREAD.T @ gradient
+        step = free @ np.linalg.solve(whole, pull)
         state += step
         if turn >= 3 and abs(step[X]) + abs(step[Y]) < _SETTLED_M and abs(step[OFFSET]) < 1e-4:
             break
@@ -86,9 +98,45 @@ def fit(
     near = np.zeros(len(points), dtype=np.bool_)
     near[which[np.abs(residuals) < 2.0 * _TIGHT_M]] = True
     known = np.count_nonzero(moments[:, 0] >= _FEW) / count
-    freedom = seen[2, 2] + weight[OFFSET, OFFSET]
+    freedom = seen[2, 2] + np.linalg.inv(covariance)[OFFSET, OFFSET]
     information = seen[:2, :2] - np.outer(seen[:2, 2], seen[2, :2]) / freedom
-    return Fit(state, np.linalg.inv(whole), information, float(near.sum()) / count, float(known))
+    # The directions that are kept have their own covariance still, and less of the common one.
+    found = np.linalg.inv(whole)
+    left = free @ found @ weight @ free.T + kept @ kept.T
+    after = left @ covariance @ left.T
+    after += free @ (found - found @ weight @ found) @ free.T
+    return Fit(state, after, information, float(near.sum()) / count, float(known))
+
+
+def _open_axes(
+    rows: FloatArray, turned: FloatArray, strength: FloatArray
+) -> list[FloatArray]:
+    """Directions of the position that nothing determines, or only one thing that may move."""
+    axes = np.linalg.eigh((rows.T * strength) @ rows)[1].T
+    return [
+        axis
+        for axis, other in zip(axes, axes[::-1], strict=True)
+        if not is_by_several(turned @ axis, turned @ other, strength * (rows @ axis) ** 2)
+    ]
+
+
+def _free_and_kept(
+    open_axes: list[FloatArray], ahead: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal directions of the state, (STATES, N) each: those a fit may change, and the rest.
+
+    Nothing tells the speeds of a chair that drives in an open direction either.
+    """
+    kept = np.zeros((STATES, 0))
+    for axis in open_axes:
+        place = np.zeros((STATES, 1))
+        place[:2, 0] = axis
+        kept = np.hstack((kept, place))
+        if abs(axis @ ahead) > _ALONG:
+            kept = np.hstack((kept, np.eye(STATES)[:, [FORWARD, FULL]]))
+    # The complement: the last columns of a full orthonormal basis that begins with `kept`.
+    basis = np.linalg.qr(kept, mode="complete")[0] if kept.size else np.eye(STATES)
+    return basis[:, kept.shape[1] :], kept
 
 
 def lie_on(surfaces: LocalMap, points: FloatArray, normals: FloatArray) -> BoolArray:
@@ -118,6 +166,8 @@ def _rows(
     off = centres + mean - turned - at
     # The direction of least variance.
     angle = 0.5 * np.arctan2(2.0 * xy[flat], xx[flat] - yy[flat]) + 0.5 * math.pi
+    off_rad = _OFF_SIGMAS * np.sqrt((small[flat] + _NOISE_M**2) / (large[flat] * count[flat]))
+    angle = straightened(angle, np.minimum(off_rad, _MOST_OFF_RAD), np.sqrt(large[flat]))
     across = np.stack((np.cos(angle), np.sin(angle)), axis=1)
     ones = np.zeros((2, len(post), 2))
     ones[0, :, 0] = ones[1, :, 1] = 1.0

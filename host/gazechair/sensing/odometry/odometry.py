@@ -50,6 +50,7 @@ _SILENT_S = 0.2  # of a lidar, or age of its scans
 _GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
 _STOOD_M_S = 0.03
 _DRIFT_M2_PER_M = 0.006**2
+_MATCHED_M2 = 0.02**2  # of a position that surfaces determine; beyond, it is in the drift
 
 _KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
 _LOOK_S = 0.02
@@ -369,7 +370,8 @@ class Odometry:
         angle = self._heading_rad + state[OFFSET] + state[ERROR]
         along = np.array((math.cos(angle), math.sin(angle)))
         across = np.array((-along[1], along[0]))
-        place = self._covariance[:2, :2] + self._drift
+        values, axes = np.linalg.eigh(self._covariance[:2, :2])
+        place = self._drift + (axes * np.minimum(values, _MATCHED_M2)) @ axes.T
         return Estimate(
             self._time_s,
             float(state[X]),
