@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.odometry.apart import is_by_several
+from gazechair.sensing.odometry.apart import Told, together
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
+from gazechair.sensing.odometry.points import stand_alone
 from gazechair.sensing.odometry.straight import straightened
 
 # The state: x, y (m), offset of the heading (rad), speeds forward and sideways (m/s), the speed of
@@ -49,6 +50,7 @@ class Fit:
     """Share of the points that lie on a remembered surface, 0..1."""
     known: float
     """Share of the points where a surface is remembered nearby."""
+    told: Told
 
 
 def fit(
@@ -59,8 +61,13 @@ def fit(
     prior: FloatArray,
     covariance: FloatArray,
     heading_rad: float,
+    before: list[Told],
 ) -> Fit:
-    """Fit `points` (chair's frame) starting at the state `prior` with its `covariance`."""
+    """Fit `points` (chair's frame) starting at the state `prior` with its `covariance`.
+
+    `before`: what earlier pieces of the same turn tell.
+    """
+    alone = stand_alone(points)
     state = prior.copy()
     distance = np.hypot(points[:, 0], points[:, 1])
     variance = (_NOISE_M + _NOISE_PER_M * distance) ** 2
@@ -73,12 +80,13 @@ def fit(
             layers = layers_of(normals @ rotation)
         surfaces = coarse if turn < 3 else fine
         moments, centres = surfaces.look_up(turned + state[:2], layers)
-        rows, residuals, spread = _rows(moments, centres, turned, state[:2])
+        rows, residuals, spread = _rows(moments, centres, turned, state[:2], alone)
         loose = _LOOSE_M if turn < 3 else _TIGHT_M
         robust = 1.0 / (1.0 + (residuals / loose) ** 2) ** 2
         which = spread[1]
         strength = robust / ((spread[0] + variance[which]) * _TOGETHER)
-        open_axes = _open_axes(rows, turned[which], strength)
+        told = Told(rows, turned[which] + state[:2], strength)
+        open_axes = together([*before, told]).open_axes()
         for axis in open_axes:
             strength = strength * (np.abs(rows @ axis) < _ASLANT)
             rows = rows - np.outer(rows @ axis, axis)
@@ -105,19 +113,7 @@ def fit(
     left = free @ found @ weight @ free.T + kept @ kept.T
     after = left @ covariance @ left.T
     after += free @ (found - found @ weight @ found) @ free.T
-    return Fit(state, after, information, float(near.sum()) / count, float(known))
-
-
-def _open_axes(
-    rows: FloatArray, turned: FloatArray, strength: FloatArray
-) -> list[FloatArray]:
-    """Directions of the position that nothing determines, or only one thing that may move."""
-    axes = np.linalg.eigh((rows.T * strength) @ rows)[1].T
-    return [
-        axis
-        for axis, other in zip(axes, axes[::-1], strict=True)
-        if not is_by_several(turned @ axis, turned @ other, strength * (rows @ axis) ** 2)
-    ]
+    return Fit(state, after, information, float(near.sum()) / count, float(known), told)
 
 
 def _free_and_kept(
@@ -142,16 +138,23 @@ def _free_and_kept(
 def lie_on(surfaces: LocalMap, points: FloatArray, normals: FloatArray) -> BoolArray:
     """(N,): which points, with those normals, lie on a remembered surface."""
     moments, centres = surfaces.look_up(points, layers_of(normals))
-    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2))
+    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2), np.ones(len(points), dtype=np.bool_))
     lie = np.zeros(len(points), dtype=np.bool_)
     lie[which[np.abs(residuals) < _TIGHT_M]] = True
     return lie
 
 
 def _rows(
-    moments: FloatArray, centres: FloatArray, turned: FloatArray, at: FloatArray
+    moments: FloatArray,
+    centres: FloatArray,
+    turned: FloatArray,
+    at: FloatArray,
+    alone: BoolArray,
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, np.ndarray]]:
-    """Directions, residuals, (variance, which point): flat surfaces across, posts both ways."""
+    """Directions, residuals, (variance, which point): flat surfaces across, posts both ways.
+
+    `alone`: which points may be on a post.
+    """
     count = np.maximum(moments[:, 0], 1.0)
     mean = moments[:, 1:3] / count[:, None]
     xx = moments[:, 3] / count - mean[:, 0] ** 2
@@ -162,7 +165,7 @@ def _rows(
     large, small = half + root, np.maximum(half - root, 0.0)
     enough = moments[:, 0] >= _FEW
     flat = np.flatnonzero(enough & (large > _FLAT * small) & (large > 4e-4))
-    post = np.flatnonzero(enough & (large < _POST_M**2) & (large <= _FLAT * small))
+    post = np.flatnonzero(enough & (large < _POST_M**2) & (large <= _FLAT * small) & alone)
     off = centres + mean - turned - at
     # The direction of least variance.
     angle = 0.5 * np.arctan2(2.0 * xy[flat], xx[flat] - yy[flat]) + 0.5 * math.pi

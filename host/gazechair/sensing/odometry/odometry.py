@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.apart import WholeTurn
 from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts, is_corridor
 from gazechair.sensing.odometry.headings import Breaks, Heading, HeadingCheck, heading_at
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
@@ -124,6 +125,7 @@ class Odometry:
         self._drift = np.zeros((2, 2))  # covariance of the remembered surfaces, since the beginning
         self._track = track
         self._doubts = Doubts()
+        self._turn = WholeTurn()
         self._speed_by_command = SpeedByCommand()
         self._mounting = Mounting()
         self._turned_piece = TurnedPiece()
@@ -197,7 +199,9 @@ class Odometry:
             points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
             if len(points) < FEW:
                 return
-            found = fit(self._coarse, self._map, points, normals, state, covariance, sensor.rad)
+            before = self._turn.until(piece.middle_s)
+            args = points, normals, state, covariance, sensor.rad, before
+            found = fit(self._coarse, self._map, *args)
             matched.append(found.matched)
             turned_rad.append(sensor.rad + found.state[OFFSET] + found.state[ERROR] - before_rad)
         if max(matched) < _MATCHED:
@@ -214,7 +218,9 @@ class Odometry:
         at_s, heading = piece.middle_s, sensor.rad
         state, covariance = self._predict(at_s, heading, steady)
         points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
-        found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
+        before = self._turn.until(at_s)
+        found = fit(self._coarse, self._map, points, normals, state, covariance, heading, before)
+        self._turn.take(at_s, found.told)
         expected = float(state[X]), float(state[Y]), float(heading + state[OFFSET])
         old_or_turned = self._turned_piece.judge(
             self._map, points, normals, piece.origin_m, expected, found.matched
@@ -313,6 +319,7 @@ class Odometry:
         self._doubts.forget()
         self._map.clear()
         self._coarse.clear()
+        self._turn.forget()
         self._inserted = None
         self._drift[:] = 0.0
         self._state[[FORWARD, SIDEWAYS]] = 0.0

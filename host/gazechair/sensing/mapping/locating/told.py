@@ -15,7 +15,7 @@ from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import rotation
 from gazechair.sensing.mapping.locating.map_match import Look
 from gazechair.sensing.mapping.matching.ndt import NdtGrid
-from gazechair.sensing.odometry.apart import is_by_several
+from gazechair.sensing.odometry import apart
 from gazechair.sensing.odometry.straight import straightened
 
 _FLAT = 5.0  # a surface's length in proportion to its depth, variances
@@ -67,10 +67,6 @@ def told(grid: NdtGrid, look: Look, pose: FloatArray) -> Told:
         information[2, 2] + 1.0
     )
     found, axes = np.linalg.eigh(firm)
-    open_axes, by_one = [], []
-    for value, axis, other in zip(found, axes.T, axes.T[::-1], strict=True):
-        if value < _LEAST:
-            open_axes.append(axis)
-        elif not is_by_several(at @ axis, at @ other, strength / _TOGETHER * (rows @ axis) ** 2):
-            by_one.append(axis)
-    return Told(information, np.array(open_axes).reshape(-1, 2), np.array(by_one).reshape(-1, 2))
+    by_one = apart.Told(rows, at, strength / _TOGETHER).open_axes()
+    open_axes = axes.T[found < _LEAST]
+    return Told(information, open_axes, np.array(by_one).reshape(-1, 2))
