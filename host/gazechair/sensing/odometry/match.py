@@ -31,9 +31,9 @@ _FLAT = 8.0  # a surface's length in proportion to its depth, variances
 _POST_M = 0.05  # something compact is smaller
 _OFF_SIGMAS, _MOST_OFF_RAD = 2.5, math.radians(15.0)  # of a surface's direction
 _LOOSE_M, _TIGHT_M = 0.25, 0.08  # scale beyond which a point counts less: first round, last round
-# Of a direction that is not determined: a surface this far aslant, the sine, is left out; and a
-# chair that points along it more than this, the cosine, drives along it.
-_ASLANT, _ALONG = 0.7, 0.9
+# Of an open direction: a surface that faces it more than this, the cosine, is left out; and a
+# chair that points along it more than this drives along it.
+_FACES, _ALONG = 0.2, 0.9
 # Errors of points on one surface are correlated: this many count as one.
 _TOGETHER = 2.0
 
@@ -51,6 +51,9 @@ class Fit:
     known: float
     """Share of the points where a surface is remembered nearby."""
     told: Told
+    """What this match alone tells, with what is in open directions."""
+    sees_speed: bool
+    """Whether it tells the speed forward."""
 
 
 def fit(
@@ -85,17 +88,18 @@ def fit(
         robust = 1.0 / (1.0 + (residuals / loose) ** 2) ** 2
         which = spread[1]
         strength = robust / ((spread[0] + variance[which]) * _TOGETHER)
-        told = Told(rows, turned[which] + state[:2], strength)
-        open_axes = together([*before, told]).open_axes()
+        if turn in (0, 3):  # surfaces are coarse, then fine
+            told = Told(rows, turned[which] + state[:2], strength)
+            open_axes = together([*before, told]).open_axes()
+            free, kept = _free_and_kept(open_axes, np.array((c, s)))
+            weight = np.linalg.inv(free.T @ covariance @ free)
+            state = prior + free @ (free.T @ (state - prior))
         for axis in open_axes:
-            strength = strength * (np.abs(rows @ axis) < _ASLANT)
+            strength = strength * (np.abs(rows @ axis) < _FACES)
             rows = rows - np.outer(rows @ axis, axis)
         jacobian = _jacobian(rows, turned[which])
         seen = (jacobian.T * strength) @ jacobian
         gradient = jacobian.T @ (strength * residuals)
-        free, kept = _free_and_kept(open_axes, np.array((c, s)))
-        weight = np.linalg.inv(free.T @ covariance @ free)
-        state = prior + free @ (free.T @ (state - prior))
         whole = weight + free.T @ _SPREAD.T @ seen @ _SPREAD @ free
         pull = weight @ free.T @ (prior - state) + free.T @ _SPREAD.T @ gradient
         step = free @ np.linalg.solve(whole, pull)
@@ -108,17 +112,16 @@ def fit(
     known = np.count_nonzero(moments[:, 0] >= _FEW) / count
     freedom = seen[2, 2] + np.linalg.inv(covariance)[OFFSET, OFFSET]
     information = seen[:2, :2] - np.outer(seen[:2, 2], seen[2, :2]) / freedom
+    sees_speed = not kept[FORWARD].any()
     # The directions that are kept have their own covariance still, and less of the common one.
     found = np.linalg.inv(whole)
     left = free @ found @ weight @ free.T + kept @ kept.T
     after = left @ covariance @ left.T
     after += free @ (found - found @ weight @ found) @ free.T
-    return Fit(state, after, information, float(near.sum()) / count, float(known), told)
+    return Fit(state, after, information, float(near.sum()) / count, float(known), told, sees_speed)
 
 
-def _free_and_kept(
-    open_axes: list[FloatArray], ahead: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _free_and_kept(open_axes: list[FloatArray], ahead: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Orthonormal directions of the state, (STATES, N) each: those a fit may change, and the rest.
 
     Nothing tells the speeds of a chair that drives in an open direction either.
@@ -138,7 +141,8 @@ def _free_and_kept(
 def lie_on(surfaces: LocalMap, points: FloatArray, normals: FloatArray) -> BoolArray:
     """(N,): which points, with those normals, lie on a remembered surface."""
     moments, centres = surfaces.look_up(points, layers_of(normals))
-    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2), np.ones(len(points), dtype=np.bool_))
+    alone = np.ones(len(points), dtype=np.bool_)
+    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2), alone)
     lie = np.zeros(len(points), dtype=np.bool_)
     lie[which[np.abs(residuals) < _TIGHT_M]] = True
     return lie

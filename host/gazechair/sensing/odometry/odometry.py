@@ -15,7 +15,8 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.apart import WholeTurn
-from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts, is_corridor
+from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts
+from gazechair.sensing.odometry.drift import Drift
 from gazechair.sensing.odometry.headings import Breaks, Heading, HeadingCheck, heading_at
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
@@ -50,8 +51,6 @@ _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
 _SILENT_S = 0.2  # of a lidar, or age of its scans
 _GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
 _STOOD_M_S = 0.03
-_DRIFT_M2_PER_M = 0.006**2
-_MATCHED_M2 = 0.02**2  # of a position that surfaces determine; beyond, it is in the drift
 
 _KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
 _LOOK_S = 0.02
@@ -122,7 +121,7 @@ class Odometry:
         self._state: FloatArray = np.zeros(STATES)
         self._state[FULL] = _FULL_M_S
         self._covariance = _first_covariance()
-        self._drift = np.zeros((2, 2))  # covariance of the remembered surfaces, since the beginning
+        self._drift = Drift()
         self._track = track
         self._doubts = Doubts()
         self._turn = WholeTurn()
@@ -161,9 +160,10 @@ class Odometry:
         self._judge_gap(at_s, sensor.rad)
         fitted = self._fit(piece, sensor, steady)
         found = fitted.fit
-        self._grow(found)
+        self._drift.grow(found, self._state, self._covariance)
         dt_s = at_s - self._time_s
-        self._speed_by_command.judge(float(found.state[FORWARD] - self._state[FORWARD]), dt_s)
+        faster_m_s = float(found.state[FORWARD] - self._state[FORWARD])
+        self._speed_by_command.judge(faster_m_s if found.sees_speed else None, dt_s)
         self._cross_check(found, dt_s, judges)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, sensor.rad
@@ -200,8 +200,8 @@ class Odometry:
             if len(points) < FEW:
                 return
             before = self._turn.until(piece.middle_s)
-            args = points, normals, state, covariance, sensor.rad, before
-            found = fit(self._coarse, self._map, *args)
+            known = self._coarse, self._map
+            found = fit(*known, points, normals, state, covariance, sensor.rad, before)
             matched.append(found.matched)
             turned_rad.append(sensor.rad + found.state[OFFSET] + found.state[ERROR] - before_rad)
         if max(matched) < _MATCHED:
@@ -218,8 +218,8 @@ class Odometry:
         at_s, heading = piece.middle_s, sensor.rad
         state, covariance = self._predict(at_s, heading, steady)
         points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
-        before = self._turn.until(at_s)
-        found = fit(self._coarse, self._map, points, normals, state, covariance, heading, before)
+        before, known = self._turn.until(at_s), (self._coarse, self._map)
+        found = fit(*known, points, normals, state, covariance, heading, before)
         self._turn.take(at_s, found.told)
         expected = float(state[X]), float(state[Y]), float(heading + state[OFFSET])
         old_or_turned = self._turned_piece.judge(
@@ -292,15 +292,6 @@ class Odometry:
         followed_rad = float(found.state[OFFSET] - self._state[OFFSET])
         self._heading_check.judge(seen_rad, followed_rad, dt_s)
 
-    def _grow(self, found: Fit) -> None:
-        """Grow the drift of the remembered surfaces, with the distance and where undetermined."""
-        way_m = math.hypot(*(found.state[:2] - self._state[:2]))
-        self._drift += np.eye(2) * _DRIFT_M2_PER_M * way_m
-        if is_corridor(found.information):
-            growth = found.covariance[:2, :2] - self._covariance[:2, :2]
-            values, vectors = np.linalg.eigh(growth)
-            self._drift += (vectors * np.maximum(values, 0.0)) @ vectors.T
-
     def _judge_gap(self, at_s: float, heading: float) -> None:
         """Start another track after a long gap in the scans, unless the chair stood in it."""
         assert self._time_s is not None
@@ -321,7 +312,7 @@ class Odometry:
         self._coarse.clear()
         self._turn.forget()
         self._inserted = None
-        self._drift[:] = 0.0
+        self._drift = Drift()
         self._state[[FORWARD, SIDEWAYS]] = 0.0
         self._covariance = _first_covariance()
 
@@ -377,8 +368,7 @@ class Odometry:
         angle = self._heading_rad + state[OFFSET] + state[ERROR]
         along = np.array((math.cos(angle), math.sin(angle)))
         across = np.array((-along[1], along[0]))
-        values, axes = np.linalg.eigh(self._covariance[:2, :2])
-        place = self._drift + (axes * np.minimum(values, _MATCHED_M2)) @ axes.T
+        place = self._drift.with_match(self._covariance[:2, :2])
         return Estimate(
             self._time_s,
             float(state[X]),

@@ -16,9 +16,7 @@ _BINS = 90  # of half a turn
 _MAIN_RAD = math.radians(4.0)  # around the fullest bins: they give the direction
 
 
-def straightened(
-    angles_rad: FloatArray, most_rad: FloatArray, lengths: FloatArray
-) -> FloatArray:
+def straightened(angles_rad: FloatArray, most_rad: FloatArray, lengths: FloatArray) -> FloatArray:
     """The directions, those that may be the main one replaced by it.
 
     `most_rad`: by how much each may be off; `lengths`: how much each counts.

@@ -128,7 +128,9 @@ class Atlas:
             self._forget_looks()
             return None
         if self.id:
-            location = self._sheets[self.id].localization.look(seen.look, seen.odometry, at_s, sigma_m)
+            location = self._sheets[self.id].localization.look(
+                seen.look, seen.odometry, at_s, sigma_m
+            )
             if location is not None:
                 self._last = _Known(self.id, location.pose, seen.odometry, at_s)
                 return location

@@ -46,9 +46,7 @@ def told(grid: NdtGrid, look: Look, pose: FloatArray) -> Told:
     """What `look` tells if it was taken at `pose`."""
     turn = rotation(pose[2]).T
     turned = look.points_m @ turn
-    known, _, weights, squared = grid.at(
-        turned + pose[:2], (look.origins_m - look.points_m) @ turn
-    )
+    known, _, weights, squared = grid.at(turned + pose[:2], (look.origins_m - look.points_m) @ turn)
     turned, (wxx, wxy, wyy) = turned[known], weights[known].T
     robust = 1.0 / (1.0 + squared[known] / _LIMIT) ** 2
     half, root = 0.5 * (wxx + wyy), np.hypot(0.5 * (wxx - wyy), wxy)
