@@ -14,7 +14,7 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 
 _TURN_S = 0.11  # of a lidar, with some slack: half a turn sees half of a thing
-_LONG_M, _WIDE_M = 2.5, 1.3  # along the direction, and across it: a bed, with who pushes it
+_LONG_M, _WIDE_M = 3.0, 1.3  # along the direction, and across it: a bed, with who pushes it
 _EDGES = 0.05, 0.95  # of the information of a thing, across: its sides
 _LEAST = 150.0  # 1/m^2, from all other things: less may be noise
 

@@ -19,7 +19,7 @@ from gazechair.sensing.mapping.locating.candidate import Candidate, far_of, is_o
 from gazechair.sensing.mapping.locating.hold import Hold
 from gazechair.sensing.mapping.locating.map_match import Evidence, Look, MapMatch
 from gazechair.sensing.mapping.locating.recent_looks import CELL_M, RecentLooks, Settled
-from gazechair.sensing.mapping.locating.told import Told, told
+from gazechair.sensing.mapping.locating.told import Told, fits_elsewhere, told
 from gazechair.sensing.mapping.locating.uncertainty import (
     FOUND_M,
     KEPT_M,
@@ -99,6 +99,7 @@ class Localization:
         self._unsteady = Unsteady()
         # Odometry's deviation, and the pose's when the map last left no direction open.
         self._odometry_sigma_m, self._shut_sigmas_m = 0.0, (0.0, _OPEN_M)
+        self._followed_m: FloatArray = np.zeros(2)  # since then, of odometry off one thing
         self.location: Location | None = None
         self.askew = False
         """Whether the newest look ended the location because the map turned against odometry."""
@@ -136,7 +137,7 @@ class Localization:
         """Set the pose, known from just having made the map; later looks verify it."""
         self.forget()
         self.location = Location(pose, Evidence(1.0, 0.0), _PLACED_M, _PLACED_RAD)
-        self._shut_sigmas_m = self._odometry_sigma_m, _OPEN_M
+        self._shut_sigmas_m, self._followed_m = (self._odometry_sigma_m, _OPEN_M), np.zeros(2)
         self._hold = Hold(pose, odometry)
         self._odometry = odometry
 
@@ -254,6 +255,7 @@ class Localization:
         self.location = location
         if not location.is_open:
             self._shut_sigmas_m = self._odometry_sigma_m, location.sigma_m
+            self._followed_m = np.zeros(2)
 
     @property
     def _grown_m(self) -> float:
@@ -267,8 +269,12 @@ class Localization:
         there, sure = self._fit(look, guess, held)
         seen = told(self._map.ndt, look, there)
         off_m = guess[:2] - there[:2]
-        open_axes = seen.open_for(off_m, _OFF_M + _OFF_SIGMAS * self._grown_m)
+        most_m = _OFF_M + _OFF_SIGMAS * self._grown_m
+        open_axes = seen.open_for(off_m + self._followed_m, most_m)
         there[:2] += open_axes.T @ (open_axes @ off_m)
+        if fits_elsewhere(self._map.ndt, look, there, seen.weak_axes):
+            self.lose()
+            return
         evidence = self._map.evidence(look, there)
         deviations = _FOLLOW_SIGMAS if sure else self._hold.deviations
         location = self._location(there, evidence, look, (seen, open_axes), deviations)
@@ -293,7 +299,11 @@ class Localization:
             if location.sigma_m > KEPT_M:
                 self.lose()
                 return
-            self._keep(location)
+            if len(seen.by_one):
+                self.location = location
+                self._followed_m = self._followed_m + guess[:2] - there[:2]
+            else:
+                self._keep(location)
             self._doubt_since_s = None
             if sure or self._hold.driven_m > _HELD_FOR_M:
                 self._hold = Hold(there, odometry)

@@ -23,6 +23,11 @@ _SAME_RAD = math.radians(15.0)  # a wall drawn in cells is rough
 _LIMIT = 4.0  # squared deviations: beyond, a point counts less
 _TOGETHER = 2.0  # errors of neighbouring points are correlated: this many count as one
 _LEAST = 1600.0  # 1/m^2: with less, a direction is open
+_WEAK = 0.05  # of the direction determined best: what little there is may be overlooked
+# The pose is wrong if elsewhere along a weak direction so many more points, and such a share, lie
+# on known surfaces.
+_ELSEWHERE_M = np.array([0.0, *(side * m for m in np.arange(0.1, 1.21, 0.05) for side in (-1, 1))])
+_MORE, _MORE_SHARE, _POINTS, _FITS = 4, 0.02, 240, 6.0
 
 
 @dataclass(frozen=True)
@@ -35,6 +40,8 @@ class Told:
     """(N, 2): directions of the position that nothing determines."""
     by_one: FloatArray
     """(N, 2): those that only one thing determines."""
+    weak_axes: FloatArray
+    """(N, 2): those that little determines."""
 
     def open_for(self, off_m: FloatArray, most_m: float) -> FloatArray:
         """(N, 2): the open directions, where odometry contradicts one thing by `off_m`, (2,)."""
@@ -66,5 +73,19 @@ def told(grid: NdtGrid, look: Look, pose: FloatArray) -> Told:
     )
     found, axes = np.linalg.eigh(firm)
     by_one = apart.Told(rows, at, strength / _TOGETHER).open_axes()
-    open_axes = axes.T[found < _LEAST]
-    return Told(information, open_axes, np.array(by_one).reshape(-1, 2))
+    open_axes, weak_axes = axes.T[found < _LEAST], axes.T[found < _WEAK * found[1]]
+    return Told(information, open_axes, np.array(by_one).reshape(-1, 2), weak_axes)
+
+
+def fits_elsewhere(grid: NdtGrid, look: Look, pose: FloatArray, axes: FloatArray) -> bool:
+    """Whether `look` fits clearly better at another place along one of the `axes`, (N, 2)."""
+    every, count = max(1, len(look.points_m) // _POINTS), len(_ELSEWHERE_M)
+    turn = rotation(pose[2]).T
+    ends, starts = look.points_m[::every], look.origins_m[::every]
+    at, towards = ends @ turn + pose[:2], np.tile((starts - ends) @ turn, (count, 1))
+    for axis in axes:
+        moved = (at + (_ELSEWHERE_M[:, None] * axis)[:, None]).reshape(-1, 2)
+        fits = (grid.at(moved, towards)[3] < _FITS).reshape(count, -1).sum(axis=1)
+        if fits.max() - fits[0] >= max(_MORE, _MORE_SHARE * len(at)):
+            return True
+    return False
