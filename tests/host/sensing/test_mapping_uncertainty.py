@@ -28,7 +28,7 @@ def off_and_sigma_m(left_m: float) -> tuple[float, float]:
     grid, seen = ndt.NdtGrid(room(left_m)), room() + chance.normal(0.0, 0.006, room().shape)
     fitted = ndt.fit(grid, seen, np.zeros(3))
     disagrees = disagreement(grid, seen, fitted.pose, ORIGIN)
-    return math.hypot(*fitted.pose[:2]), sigmas_of(fitted, 0.025, disagrees)[0]
+    return math.hypot(*fitted.pose[:2]), sigmas_of(fitted.information, 0.025, disagrees)[0]
 
 
 @pytest.mark.parametrize("left_m", [-0.06, 0.05, 0.08])
@@ -46,7 +46,9 @@ def test_a_right_map_is_as_sure_as_ever() -> None:
 
 def test_large_cells_are_right_within_what_they_round() -> None:
     fitted = ndt.fit(ndt.NdtGrid(room()), room(), np.zeros(3))
-    own, drawn, coarse = (sigmas_of(fitted, cell_m)[0] for cell_m in (0.025, 0.04, 0.10))
+    own, drawn, coarse = (
+        sigmas_of(fitted.information, cell_m)[0] for cell_m in (0.025, 0.04, 0.10)
+    )
     assert own == pytest.approx(0.018, abs=0.001)
     assert own < drawn < coarse
     assert coarse == pytest.approx(math.hypot(0.018, 0.10 / math.sqrt(12.0)), abs=0.001)

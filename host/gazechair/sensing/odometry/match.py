@@ -8,7 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.odometry.apart import Told, together
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
+from gazechair.sensing.odometry.points import stand_alone
+from gazechair.sensing.odometry.straight import straightened
 
 # The state: x, y (m), offset of the heading (rad), speeds forward and sideways (m/s), the speed of
 # a full command (m/s), and the error of this one heading (rad).
@@ -26,7 +29,11 @@ _NOISE_PER_M = 0.002
 _FEW = 5.0  # points: fewer in a cell's square are no surface
 _FLAT = 8.0  # a surface's length in proportion to its depth, variances
 _POST_M = 0.05  # something compact is smaller
+_OFF_SIGMAS, _MOST_OFF_RAD = 2.5, math.radians(15.0)  # of a surface's direction
 _LOOSE_M, _TIGHT_M = 0.25, 0.08  # scale beyond which a point counts less: first round, last round
+# Of an open direction: a surface that faces it more than this, the cosine, is left out; and a
+# chair that points along it more than this drives along it.
+_FACES, _ALONG = 0.2, 0.9
 # Errors of points on one surface are correlated: this many count as one.
 _TOGETHER = 2.0
 
@@ -43,6 +50,10 @@ class Fit:
     """Share of the points that lie on a remembered surface, 0..1."""
     known: float
     """Share of the points where a surface is remembered nearby."""
+    told: Told
+    """What this match alone tells, with what is in open directions."""
+    sees_speed: bool
+    """Whether it tells the speed forward."""
 
 
 def fit(
@@ -53,9 +64,13 @@ def fit(
     prior: FloatArray,
     covariance: FloatArray,
     heading_rad: float,
+    before: list[Told],
 ) -> Fit:
-    """Fit `points` (chair's frame) starting at the state `prior` with its `covariance`."""
-    weight = np.linalg.inv(covariance)
+    """Fit `points` (chair's frame) starting at the state `prior` with its `covariance`.
+
+    `before`: what earlier pieces of the same turn tell.
+    """
+    alone = stand_alone(points)
     state = prior.copy()
     distance = np.hypot(points[:, 0], points[:, 1])
     variance = (_NOISE_M + _NOISE_PER_M * distance) ** 2
@@ -68,17 +83,26 @@ def fit(
             layers = layers_of(normals @ rotation)
         surfaces = coarse if turn < 3 else fine
         moments, centres = surfaces.look_up(turned + state[:2], layers)
-        rows, residuals, spread = _rows(moments, centres, turned, state[:2])
+        rows, residuals, spread = _rows(moments, centres, turned, state[:2], alone)
         loose = _LOOSE_M if turn < 3 else _TIGHT_M
         robust = 1.0 / (1.0 + (residuals / loose) ** 2) ** 2
         which = spread[1]
         strength = robust / ((spread[0] + variance[which]) * _TOGETHER)
+        if turn in (0, 3):  # surfaces are coarse, then fine
+            told = Told(rows, turned[which] + state[:2], strength)
+            open_axes = together([*before, told]).open_axes()
+            free, kept = _free_and_kept(open_axes, np.array((c, s)))
+            weight = np.linalg.inv(free.T @ covariance @ free)
+            state = prior + free @ (free.T @ (state - prior))
+        for axis in open_axes:
+            strength = strength * (np.abs(rows @ axis) < _FACES)
+            rows = rows - np.outer(rows @ axis, axis)
         jacobian = _jacobian(rows, turned[which])
         seen = (jacobian.T * strength) @ jacobian
         gradient = jacobian.T @ (strength * residuals)
-        whole = weight + _SPREAD.T @ seen @ _SPREAD
-        pull = weight @ (prior - state) + _SPREAD.T @ gradient
-        step = np.linalg.solve(whole, pull)
+        whole = weight + free.T @ _SPREAD.T @ seen @ _SPREAD @ free
+        pull = weight @ free.T @ (prior - state) + free.T @ _SPREAD.T @ gradient
+        step = free @ np.linalg.solve(whole, pull)
         state += step
         if turn >= 3 and abs(step[X]) + abs(step[Y]) < _SETTLED_M and abs(step[OFFSET]) < 1e-4:
             break
@@ -86,24 +110,55 @@ def fit(
     near = np.zeros(len(points), dtype=np.bool_)
     near[which[np.abs(residuals) < 2.0 * _TIGHT_M]] = True
     known = np.count_nonzero(moments[:, 0] >= _FEW) / count
-    freedom = seen[2, 2] + weight[OFFSET, OFFSET]
+    freedom = seen[2, 2] + np.linalg.inv(covariance)[OFFSET, OFFSET]
     information = seen[:2, :2] - np.outer(seen[:2, 2], seen[2, :2]) / freedom
-    return Fit(state, np.linalg.inv(whole), information, float(near.sum()) / count, float(known))
+    sees_speed = not kept[FORWARD].any()
+    # The directions that are kept have their own covariance still, and less of the common one.
+    found = np.linalg.inv(whole)
+    left = free @ found @ weight @ free.T + kept @ kept.T
+    after = left @ covariance @ left.T
+    after += free @ (found - found @ weight @ found) @ free.T
+    return Fit(state, after, information, float(near.sum()) / count, float(known), told, sees_speed)
+
+
+def _free_and_kept(open_axes: list[FloatArray], ahead: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal directions of the state, (STATES, N) each: those a fit may change, and the rest.
+
+    Nothing tells the speeds of a chair that drives in an open direction either.
+    """
+    kept = np.zeros((STATES, 0))
+    for axis in open_axes:
+        place = np.zeros((STATES, 1))
+        place[:2, 0] = axis
+        kept = np.hstack((kept, place))
+        if abs(axis @ ahead) > _ALONG:
+            kept = np.hstack((kept, np.eye(STATES)[:, [FORWARD, FULL]]))
+    # The complement: the last columns of a full orthonormal basis that begins with `kept`.
+    basis = np.linalg.qr(kept, mode="complete")[0] if kept.size else np.eye(STATES)
+    return basis[:, kept.shape[1] :], kept
 
 
 def lie_on(surfaces: LocalMap, points: FloatArray, normals: FloatArray) -> BoolArray:
     """(N,): which points, with those normals, lie on a remembered surface."""
     moments, centres = surfaces.look_up(points, layers_of(normals))
-    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2))
+    alone = np.ones(len(points), dtype=np.bool_)
+    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2), alone)
     lie = np.zeros(len(points), dtype=np.bool_)
     lie[which[np.abs(residuals) < _TIGHT_M]] = True
     return lie
 
 
 def _rows(
-    moments: FloatArray, centres: FloatArray, turned: FloatArray, at: FloatArray
+    moments: FloatArray,
+    centres: FloatArray,
+    turned: FloatArray,
+    at: FloatArray,
+    alone: BoolArray,
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, np.ndarray]]:
-    """Directions, residuals, (variance, which point): flat surfaces across, posts both ways."""
+    """Directions, residuals, (variance, which point): flat surfaces across, posts both ways.
+
+    `alone`: which points may be on a post.
+    """
     count = np.maximum(moments[:, 0], 1.0)
     mean = moments[:, 1:3] / count[:, None]
     xx = moments[:, 3] / count - mean[:, 0] ** 2
@@ -114,10 +169,12 @@ def _rows(
     large, small = half + root, np.maximum(half - root, 0.0)
     enough = moments[:, 0] >= _FEW
     flat = np.flatnonzero(enough & (large > _FLAT * small) & (large > 4e-4))
-    post = np.flatnonzero(enough & (large < _POST_M**2) & (large <= _FLAT * small))
+    post = np.flatnonzero(enough & (large < _POST_M**2) & (large <= _FLAT * small) & alone)
     off = centres + mean - turned - at
     # The direction of least variance.
     angle = 0.5 * np.arctan2(2.0 * xy[flat], xx[flat] - yy[flat]) + 0.5 * math.pi
+    off_rad = _OFF_SIGMAS * np.sqrt((small[flat] + _NOISE_M**2) / (large[flat] * count[flat]))
+    angle = straightened(angle, np.minimum(off_rad, _MOST_OFF_RAD), np.sqrt(large[flat]))
     across = np.stack((np.cos(angle), np.sin(angle)), axis=1)
     ones = np.zeros((2, len(post), 2))
     ones[0, :, 0] = ones[1, :, 1] = 1.0

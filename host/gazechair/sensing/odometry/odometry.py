@@ -14,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts, is_corridor
+from gazechair.sensing.odometry.apart import WholeTurn
+from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts
+from gazechair.sensing.odometry.drift import Drift
 from gazechair.sensing.odometry.headings import Breaks, Heading, HeadingCheck, heading_at
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
@@ -49,7 +51,6 @@ _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
 _SILENT_S = 0.2  # of a lidar, or age of its scans
 _GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
 _STOOD_M_S = 0.03
-_DRIFT_M2_PER_M = 0.006**2
 
 _KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
 _LOOK_S = 0.02
@@ -120,9 +121,10 @@ class Odometry:
         self._state: FloatArray = np.zeros(STATES)
         self._state[FULL] = _FULL_M_S
         self._covariance = _first_covariance()
-        self._drift = np.zeros((2, 2))  # covariance of the remembered surfaces, since the beginning
+        self._drift = Drift()
         self._track = track
         self._doubts = Doubts()
+        self._turn = WholeTurn()
         self._speed_by_command = SpeedByCommand()
         self._mounting = Mounting()
         self._turned_piece = TurnedPiece()
@@ -159,9 +161,10 @@ class Odometry:
         self._judge_gap(at_s, sensor.rad)
         fitted = self._fit(piece, sensor, steady)
         found = fitted.fit
-        self._grow(found)
+        self._drift.grow(found, self._state, self._covariance)
         dt_s = at_s - self._time_s
-        self._speed_by_command.judge(float(found.state[FORWARD] - self._state[FORWARD]), dt_s)
+        faster_m_s = float(found.state[FORWARD] - self._state[FORWARD])
+        self._speed_by_command.judge(faster_m_s if found.sees_speed else None, dt_s)
         self._cross_check(found, dt_s, judges)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, sensor.rad
@@ -196,7 +199,9 @@ class Odometry:
             points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
             if len(points) < FEW:
                 return
-            found = fit(self._coarse, self._map, points, normals, state, covariance, sensor.rad)
+            before = self._turn.until(piece.middle_s)
+            known = self._coarse, self._map
+            found = fit(*known, points, normals, state, covariance, sensor.rad, before)
             matched.append(found.matched)
             turned_rad.append(sensor.rad + found.state[OFFSET] + found.state[ERROR] - before_rad)
         if max(matched) < _MATCHED:
@@ -213,7 +218,9 @@ class Odometry:
         at_s, heading = piece.middle_s, sensor.rad
         state, covariance = self._predict(at_s, heading, steady)
         points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
-        found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
+        before, known = self._turn.until(at_s), (self._coarse, self._map)
+        found = fit(*known, points, normals, state, covariance, heading, before)
+        self._turn.take(at_s, found.told)
         expected = float(state[X]), float(state[Y]), float(heading + state[OFFSET])
         old_or_turned = self._turned_piece.judge(
             self._map, points, normals, piece.origin_m, expected, found.matched
@@ -285,15 +292,6 @@ class Odometry:
         followed_rad = float(found.state[OFFSET] - self._state[OFFSET])
         self._heading_check.judge(seen_rad, followed_rad, dt_s)
 
-    def _grow(self, found: Fit) -> None:
-        """Grow the drift of the remembered surfaces, with the distance and where undetermined."""
-        way_m = math.hypot(*(found.state[:2] - self._state[:2]))
-        self._drift += np.eye(2) * _DRIFT_M2_PER_M * way_m
-        if is_corridor(found.information):
-            growth = found.covariance[:2, :2] - self._covariance[:2, :2]
-            values, vectors = np.linalg.eigh(growth)
-            self._drift += (vectors * np.maximum(values, 0.0)) @ vectors.T
-
     def _judge_gap(self, at_s: float, heading: float) -> None:
         """Start another track after a long gap in the scans, unless the chair stood in it."""
         assert self._time_s is not None
@@ -312,8 +310,9 @@ class Odometry:
         self._doubts.forget()
         self._map.clear()
         self._coarse.clear()
+        self._turn.forget()
         self._inserted = None
-        self._drift[:] = 0.0
+        self._drift = Drift()
         self._state[[FORWARD, SIDEWAYS]] = 0.0
         self._covariance = _first_covariance()
 
@@ -369,7 +368,7 @@ class Odometry:
         angle = self._heading_rad + state[OFFSET] + state[ERROR]
         along = np.array((math.cos(angle), math.sin(angle)))
         across = np.array((-along[1], along[0]))
-        place = self._covariance[:2, :2] + self._drift
+        place = self._drift.with_match(self._covariance[:2, :2])
         return Estimate(
             self._time_s,
             float(state[X]),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.angles import half_turn_deg
-from gazechair.base.footprint import FloatArray
+from gazechair.base.footprint import BoolArray, FloatArray
 
 _PER_TURN = 720  # points a turn, at most: neighbours are averaged to about as many
 _NEAREST_M = 0.15
@@ -15,6 +15,7 @@ _FARTHEST_M = 17.5  # of the drive axle
 _SPREAD_M = 0.06  # ranges to one surface differ less
 _NEIGHBOUR_M = 0.35  # points farther apart are not on one surface
 _THIN_M = 0.05
+_LINE_M, _BEYOND = 0.05, 3.0  # off a line through neighbours; past its end, in its lengths
 
 
 @dataclass(frozen=True)
@@ -98,3 +99,25 @@ def _normals(points: FloatArray, beams: FloatArray) -> FloatArray:
     normal[away] = -normal[away]
     normals[both] = normal
     return normals
+
+
+def stand_alone(points: FloatArray) -> BoolArray:
+    """(N,): which consecutive points have no neighbour nearby, and are in no line with two others.
+
+    Far along a corridor, few beams meet the wall: these points are apart, but in line.
+    """
+    alone = np.zeros(len(points), dtype=np.bool_)
+    if len(points) < 5:
+        return alone
+    apart = np.hypot(*np.diff(points, axis=0).T) > _NEIGHBOUR_M
+    at = np.flatnonzero((apart[:-1] & apart[1:])[1:-1]) + 2
+    here, in_line = points[at], np.zeros(len(at), dtype=np.bool_)
+    for first, second in ((-1, 1), (-2, -1), (2, 1)):
+        start, base = points[at + first], points[at + second] - points[at + first]
+        length = np.maximum(np.hypot(*base.T), 1e-9)
+        off = here - start
+        aside = np.abs(base[:, 0] * off[:, 1] - base[:, 1] * off[:, 0]) / length
+        along = (base * off).sum(axis=1) / length**2
+        in_line |= (aside < _LINE_M) & (along > 0.0) & (along < 1.0 + _BEYOND)
+    alone[at[~in_line]] = True
+    return alone

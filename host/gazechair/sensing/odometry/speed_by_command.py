@@ -64,10 +64,10 @@ class SpeedByCommand:
             return Change(self._expected_m_s, 1.0, 0.0, q)
         return Change(change, 1.0 - follow, command * follow, q)
 
-    def judge(self, change_m_s: float, dt_s: float) -> None:
-        """Compare the last prediction with how the speed has really changed."""
+    def judge(self, change_m_s: float | None, dt_s: float) -> None:
+        """Compare the last prediction with how the speed has really changed; None: not seen."""
         if math.isinf(self._surprise_m_s2) or dt_s <= 0.0:
             return
-        off = (change_m_s - self._expected_m_s) / dt_s
+        off = 0.0 if change_m_s is None else (change_m_s - self._expected_m_s) / dt_s
         share = 1.0 - math.exp(-dt_s / _SURPRISE_S)
         self._surprise_m_s2 += (off - self._surprise_m_s2) * share

@@ -121,13 +121,16 @@ class Atlas:
             self.forget()  # carried, or odometry has started again
         self._advance(seen.odometry, track)
         at_s, self.searched = seen.estimate.time_s, False
+        sigma_m = max(seen.estimate.along_sigma_m, seen.estimate.across_sigma_m)
         self._look_s = at_s
         if self.askew or TURNED in seen.estimate.doubts:  # every pose would be turned by as much
             self.id = ""
             self._forget_looks()
             return None
         if self.id:
-            location = self._sheets[self.id].localization.look(seen.look, seen.odometry, at_s)
+            location = self._sheets[self.id].localization.look(
+                seen.look, seen.odometry, at_s, sigma_m
+            )
             if location is not None:
                 self._last = _Known(self.id, location.pose, seen.odometry, at_s)
                 return location
@@ -137,7 +140,7 @@ class Atlas:
             return None
         last = self._last.id if self._last is not None else ""
         for id_, sheet in sorted(self._sheets.items(), key=lambda one: one[0] != last):
-            found = sheet.localization.look(seen.look, seen.odometry, at_s)
+            found = sheet.localization.look(seen.look, seen.odometry, at_s, sigma_m)
             self.searched = self.searched or sheet.localization.searched
             self._alive()
             if found is not None and self._settles(id_, found, seen):

@@ -19,6 +19,7 @@ from gazechair.sensing.mapping.locating.candidate import Candidate, far_of, is_o
 from gazechair.sensing.mapping.locating.hold import Hold
 from gazechair.sensing.mapping.locating.map_match import Evidence, Look, MapMatch
 from gazechair.sensing.mapping.locating.recent_looks import CELL_M, RecentLooks, Settled
+from gazechair.sensing.mapping.locating.told import Told, fits_elsewhere, told
 from gazechair.sensing.mapping.locating.uncertainty import (
     FOUND_M,
     KEPT_M,
@@ -61,6 +62,10 @@ _LEAST_FAR_M = 1.0
 _ASKEW_RAD, _ASKEW_S, _ASKEW_SHARE = math.radians(1.2), 1.0, 0.04
 _STILL_M = 1.0  # agreed length that keeps a pose while people hide the rest
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
+# In a direction that the map leaves open the pose follows odometry: the deviation at first, and
+# how far a thing that alone tells otherwise may be off, with odometry's deviations since.
+_OPEN_M, _OFF_M, _OFF_SIGMAS = 0.03, 0.02, 3.0
+_SHUT = 1e6  # information that stands for odometry's
 
 
 @dataclass(frozen=True)
@@ -73,6 +78,8 @@ class Location:
     sigma_m: float
     """Standard deviation of the position, in the worst direction."""
     sigma_rad: float
+    is_open: bool = False
+    """Whether odometry alone tells the position in a direction, since the map does not."""
 
 
 class Localization:
@@ -92,15 +99,24 @@ class Localization:
         self._agrees = True  # far static surfaces with the map, at the known pose
         self._pulled_rad, self._pulled_s = 0.0, math.inf  # recent turn by fits against odometry
         self._unsteady = Unsteady()
+        # Odometry's deviation, and the pose's when the map last left no direction open.
+        self._odometry_sigma_m, self._shut_sigmas_m = 0.0, (0.0, _OPEN_M)
+        self._followed_m: FloatArray = np.zeros(2)  # since then, of odometry off one thing
         self.location: Location | None = None
         self.askew = False
         """Whether the newest look ended the location because the map turned against odometry."""
         self.searched = False
         """Whether the newest look was searched in the whole map."""
 
-    def look(self, look: Look, odometry: FloatArray, time_s: float) -> Location | None:
-        """The location after this look; `odometry` (3,): the pose in odometry's frame."""
+    def look(
+        self, look: Look, odometry: FloatArray, time_s: float, odometry_sigma_m: float = 0.0
+    ) -> Location | None:
+        """The location after this look; `odometry` (3,): the pose in odometry's frame.
+
+        `odometry_sigma_m`: standard deviation of its position, since its beginning.
+        """
         self.searched = self.askew = False
+        self._odometry_sigma_m = odometry_sigma_m
         if not len(look.points_m):
             if self.location is not None:
                 self._drift(odometry, time_s, self.location)
@@ -123,6 +139,7 @@ class Localization:
         """Set the pose, known from just having made the map; later looks verify it."""
         self.forget()
         self.location = Location(pose, Evidence(1.0, 0.0), _PLACED_M, _PLACED_RAD)
+        self._shut_sigmas_m, self._followed_m = (self._odometry_sigma_m, _OPEN_M), np.zeros(2)
         self._hold = Hold(pose, odometry)
         self._odometry = odometry
 
@@ -179,9 +196,9 @@ class Localization:
         self._claim = best
         if self._confirmed >= _CONFIRMED:
             location = self._located(best)
-            if location.sigma_m > FOUND_M:
+            if location.is_open or location.sigma_m > FOUND_M:
                 return
-            self.location = location
+            self._keep(location)
             self._hold = Hold(best.fitted.pose, odometry)
             self._forget_looks()
 
@@ -214,26 +231,56 @@ class Localization:
         agreement = one.agreement
         whole_m = CELL_M * len(agreement.agreed)
         shares = agreement.agreed_m / whole_m, agreement.contradicted_m / whole_m
-        points = from_frame(one.settled.surfaces_m, one.odometry)
-        return self._location(one.fitted, Evidence(*shares), Look(points, np.zeros(2)))
+        look = Look(from_frame(one.settled.surfaces_m, one.odometry), np.zeros(2))
+        seen = told(self._map.ndt, look, one.fitted.pose)
+        open_axes = seen.open_for(np.zeros(2), -1.0)
+        return self._location(one.fitted.pose, Evidence(*shares), look, (seen, open_axes))
 
     def _location(
-        self, fitted: ndt.Fit, evidence: Evidence, look: Look, held: FloatArray | None = None
+        self,
+        pose: FloatArray,
+        evidence: Evidence,
+        look: Look,
+        seen: tuple[Told, FloatArray],
+        held: FloatArray | None = None,
     ) -> Location:
-        seen = look.points_m, fitted.pose, look.origins_m
-        disagrees = disagreement(self._map.ndt, *seen, held)
-        sigmas = sigmas_of(fitted, self._map.cell_m, disagrees)
-        return Location(fitted.pose, evidence, *sigmas)
+        """`seen`: what the look tells, and the directions that it leaves open."""
+        information, open_axes = seen[0].information.copy(), seen[1]
+        information[:2, :2] += _SHUT * open_axes.T @ open_axes
+        disagrees = disagreement(self._map.ndt, look.points_m, pose, look.origins_m, held)
+        sigma_m, sigma_rad = sigmas_of(information, self._map.cell_m, disagrees)
+        if len(open_axes):
+            sigma_m = max(sigma_m, math.hypot(self._shut_sigmas_m[1], self._grown_m))
+        return Location(pose, evidence, sigma_m, sigma_rad, len(open_axes) > 0)
+
+    def _keep(self, location: Location) -> None:
+        self.location = location
+        if not location.is_open:
+            self._shut_sigmas_m = self._odometry_sigma_m, location.sigma_m
+            self._followed_m = np.zeros(2)
+
+    @property
+    def _grown_m(self) -> float:
+        """Odometry's deviation since the map last left no direction open."""
+        return math.sqrt(max(0.0, self._odometry_sigma_m**2 - self._shut_sigmas_m[0] ** 2))
 
     def _follow(self, look: Look, odometry: FloatArray, time_s: float, pose: FloatArray) -> None:
         guess = compose(pose, between(self._odometry, odometry))
         self._hold.move(self._odometry, odometry)
         held = compose(self._hold.pose, between(self._hold.odometry, odometry))
-        fitted, sure = self._fit(look, guess, held)
-        evidence = self._map.evidence(look, fitted.pose)
+        there, sure = self._fit(look, guess, held)
+        seen = told(self._map.ndt, look, there)
+        off_m = guess[:2] - there[:2]
+        most_m = _OFF_M + _OFF_SIGMAS * self._grown_m
+        open_axes = seen.open_for(off_m + self._followed_m, most_m)
+        there[:2] += open_axes.T @ (open_axes @ off_m)
+        if fits_elsewhere(self._map.ndt, look, there, seen.weak_axes):
+            self.lose()
+            return
+        evidence = self._map.evidence(look, there)
         deviations = _FOLLOW_SIGMAS if sure else self._hold.deviations
-        location = self._location(fitted, evidence, look, deviations)
-        off_rad = float(between(guess, fitted.pose)[2])
+        location = self._location(there, evidence, look, (seen, open_axes), deviations)
+        off_rad = float(between(guess, there)[2])
         own_rad = _ASKEW_SHARE * abs(float(between(pose, guess)[2]))
         off_rad -= min(max(off_rad, -own_rad), own_rad)
         if sure and self._is_pulled(off_rad, time_s):
@@ -245,23 +292,28 @@ class Localization:
             and evidence.crossed > _LOST_CONTRADICTED
         )
         if self._remember(look, odometry, time_s):
-            self._agrees = self._agrees_far(fitted.pose, odometry)
-        fits = sure or self._hold.holds(held, fitted.pose)
+            self._agrees = self._agrees_far(there, odometry)
+        fits = sure or self._hold.holds(held, there)
         fits = fits and evidence.explained >= _LOST_EXPLAINED and not contradicted
         if fits and self._agrees:
-            unsteady_m = self._unsteady.judge(fitted.pose, odometry)
+            unsteady_m = self._unsteady.judge(there, odometry)
             location = replace(location, sigma_m=math.hypot(location.sigma_m, unsteady_m))
             if location.sigma_m > KEPT_M:
                 self.lose()
                 return
-            self.location, self._doubt_since_s = location, None
+            if len(seen.by_one):
+                self.location = location
+                self._followed_m = self._followed_m + guess[:2] - there[:2]
+            else:
+                self._keep(location)
+            self._doubt_since_s = None
             if sure or self._hold.driven_m > _HELD_FOR_M:
-                self._hold = Hold(fitted.pose, odometry)
+                self._hold = Hold(there, odometry)
             return
         # People distort a fit.
         if self._doubts(location, guess, time_s):
             still = None if contradicted else self._still_at(guess, odometry)
-            if still is None:
+            if still is None or still.sigma_m > KEPT_M:
                 self.lose()
             else:
                 # People who stand distort the static surfaces as well.
@@ -282,15 +334,15 @@ class Localization:
             self._doubt_since_s = time_s
         return time_s - self._doubt_since_s >= _LOST_S
 
-    def _fit(self, look: Look, guess: FloatArray, held: FloatArray) -> tuple[ndt.Fit, bool]:
+    def _fit(self, look: Look, guess: FloatArray, held: FloatArray) -> tuple[FloatArray, bool]:
         """The pose by this look, and whether the look alone determines it; else see Hold."""
         evidence = self._map.evidence(look, guess)
         if evidence.explained >= _SURE:
             free = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS, look.origins_m)
-            if sigmas_of(free, self._map.cell_m)[1] <= _SURE_RAD:
-                return free, True
+            if sigmas_of(free.information, self._map.cell_m)[1] <= _SURE_RAD:
+                return free.pose, True
         deviations = self._hold.deviations
-        return ndt.fit(self._map.ndt, look.points_m, held, deviations, look.origins_m), False
+        return ndt.fit(self._map.ndt, look.points_m, held, deviations, look.origins_m).pose, False
 
     def _is_pulled(self, turn_rad: float, time_s: float) -> bool:
         """Whether fits have turned the pose against odometry; the first look does not count."""

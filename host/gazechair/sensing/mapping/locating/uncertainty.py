@@ -38,13 +38,13 @@ _ELSEWHERE_M = 0.3  # no map is bent that much at once: the chair was carried, o
 
 
 def sigmas_of(
-    fitted: ndt.Fit, cell_m: float, disagrees: FloatArray | None = None
+    information: FloatArray, cell_m: float, disagrees: FloatArray | None = None
 ) -> tuple[float, float]:
     """Standard deviations of a fitted pose: m in the worst direction, and rad.
 
-    `disagrees`: see disagreement.
+    `information`: (3, 3), of the pose; `disagrees`: see disagreement.
     """
-    covariance = np.linalg.inv(fitted.information + np.eye(3)) * _SIGMAS**2
+    covariance = np.linalg.inv(information + np.eye(3)) * _SIGMAS**2
     if disagrees is not None:
         covariance += disagrees * _SURFACES**2
     along_m2 = float(np.linalg.eigvalsh(covariance[:2, :2])[1])

@@ -1,0 +1,39 @@
+"""Gives surfaces along the main wall one direction, so that the wall tells nothing along itself.
+
+A cell's direction, from few noisy points, is some degrees off. Hundreds of such surfaces would seem
+to determine the position along a bare corridor, always where it was expected.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+
+_BINS = 90  # of half a turn
+_MAIN_RAD = math.radians(4.0)  # around the fullest bins: they give the direction
+
+
+def straightened(angles_rad: FloatArray, most_rad: FloatArray, lengths: FloatArray) -> FloatArray:
+    """The directions, those that may be the main one replaced by it.
+
+    `most_rad`: by how much each may be off; `lengths`: how much each counts.
+    """
+    if not len(angles_rad):
+        return angles_rad
+    share = angles_rad / math.pi % 1.0
+    bins = np.minimum((share * _BINS).astype(np.int64), _BINS - 1)
+    counts = np.bincount(bins, lengths, _BINS)
+    fullest = int(np.argmax(counts + np.roll(counts, -1)))  # the pair of bins that begins there
+    off = _half_turn(angles_rad - math.pi * (fullest + 1.0) / _BINS)
+    near = np.abs(off) < _MAIN_RAD
+    mean_rad = float((off[near] * lengths[near]).sum() / lengths[near].sum())
+    off -= mean_rad
+    return np.where(np.abs(off) < most_rad, angles_rad - off, angles_rad)
+
+
+def _half_turn(angles_rad: FloatArray) -> FloatArray:
+    """The directions as angles within a quarter turn of 0."""
+    return np.asarray((angles_rad + 0.5 * math.pi) % math.pi - 0.5 * math.pi)

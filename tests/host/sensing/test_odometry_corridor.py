@@ -1,0 +1,172 @@
+"""A bare corridor tells nothing along itself, nor does what alone moves in it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from gazechair.sensing.odometry.apart import Told
+from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED
+from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
+from gazechair.sensing.odometry.points import stand_alone
+from gazechair.sensing.odometry.speed_by_command import SpeedByCommand
+from gazechair.sensing.odometry.straight import straightened
+from gazesim import home_plans
+from gazesim.home_drive import FRONT, REAR, STEP_S, Drive, Mounted
+from gazesim.home_routes import Pose
+from gazesim.homes import Home
+from gazesim.rooms import Solid, box
+
+Array = np.ndarray
+HALF_M = 0.65  # of the corridor's width
+BEGINS_S = 1.5
+BED_M = 1.5  # from the drive axle
+
+
+@dataclass
+class Straight:
+    """Replaces the driver: along the corridor, while a bed moves in it."""
+
+    home: Home
+    pose: Pose
+    speed_m_s: float
+    permille: tuple[int, int]
+    bed_m_s: float | None
+    route: tuple[Pose, ...] = ()
+    speeds: tuple[float, float] = (0.0, 0.0)
+    now_s: float = 0.0
+
+    def look(self) -> None:
+        if self.bed_m_s is not None:
+            gone_m = self.bed_m_s * max(0.0, self.now_s - BEGINS_S)
+            self.home.put("bed", box(BED_M + 1.0 + gone_m, 0.0, 2.0, 1.1, 0.0, 0.8, "bed"))
+
+    def step(self) -> None:
+        self.now_s += STEP_S
+        speed = min(self.speed_m_s, 0.6 * max(0.0, self.now_s - BEGINS_S))
+        self.speeds = speed, 0.0
+        self.pose = replace(self.pose, x_m=self.pose.x_m + speed * STEP_S)
+
+
+def corridor(*more: Solid) -> Home:
+    walls = tuple((-30.0, side, 30.0, side) for side in (-HALF_M, HALF_M))
+    ends = tuple((x, -HALF_M, x, HALF_M) for x in (-30.0, 30.0))
+    return Home("corridor", (*walls, *ends), more)
+
+
+def drive(
+    home: Home,
+    lidars: tuple[Mounted, ...],
+    seconds: float,
+    speed_m_s: float = 0.0,
+    bed_m_s: float | None = None,
+) -> list[tuple[Estimate, float]]:
+    """The estimates, and how far each is off along the corridor."""
+    driven = Drive(home_plans.home(4), 3, lidars)
+    driven.home = home
+    permille = (800 if speed_m_s else 0, 0)
+    pose = Pose(0.0, 0.0, 0.0)
+    straight = Straight(home, pose, speed_m_s, permille, bed_m_s)
+    driven.driver = straight  # type: ignore[assignment]
+    odometry, found = Odometry(), []
+    for event in driven.events(seconds):
+        if isinstance(event, Motion):
+            permille = event.linear_permille if driven.time_s >= BEGINS_S - 0.15 else 0
+            odometry.motion(replace(event, linear_permille=permille))
+        elif (estimate := odometry.piece(event)) is not None:
+            found.append((estimate, estimate.x_m - driven.truth(estimate.time_s).x_m))
+    return found
+
+
+@pytest.mark.parametrize("lidars", [(FRONT, REAR), (FRONT,)], ids=["two lidars", "one"])
+def test_in_a_bare_corridor_it_never_claims_more_than_it_knows(lidars: tuple[Mounted, ...]) -> None:
+    found = drive(corridor(), lidars, 7.0, speed_m_s=0.6)  # by its first guess it would be 0.4
+    assert all(abs(off_m) < 3.0 * one.along_sigma_m + 0.05 for one, off_m in found)
+    assert abs(found[-1][1]) > 0.5
+    assert sum(CORRIDOR in one.doubts for one, _ in found) > 0.9 * len(found)
+    assert found[-1][0].across_sigma_m < 0.05
+
+
+def test_a_bed_that_leaves_does_not_take_the_chair_with_it() -> None:
+    found = drive(corridor(), (FRONT,), 6.0, bed_m_s=0.5)
+    assert max(abs(off_m) for _, off_m in found) < 0.02
+    assert not any(PUSHED in one.doubts for one, _ in found)
+
+
+def test_behind_a_bed_that_leads_it_knows_the_way_by_its_command_alone() -> None:
+    found = drive(corridor(), (FRONT,), 7.0, speed_m_s=0.4, bed_m_s=0.6)
+    assert all(abs(off_m) < 3.0 * one.along_sigma_m + 0.05 for one, off_m in found)
+    assert abs(found[-1][1]) < 0.15
+    assert not any(PUSHED in one.doubts for one, _ in found)
+
+
+def test_two_cupboards_apart_tell_the_place_along_a_corridor() -> None:
+    cupboards = [box(x, 0.6, 0.5, 0.3, 0.0, 1.8, "cupboard") for x in (2.5, 6.5)]
+    found = drive(corridor(*cupboards), (FRONT,), 5.0, speed_m_s=0.6)
+    assert max(abs(off_m) for _, off_m in found) < 0.05
+    assert found[-1][0].along_sigma_m < 0.1
+
+
+def surfaces(*parts: tuple[float, float, float]) -> Told:
+    """A corridor's walls along x; parts that face along x: at x, y, that wide."""
+    along = np.arange(-6.0, 6.0, 0.1)
+    walls = [np.stack((along, np.full_like(along, y)), axis=1) for y in (-0.7, 0.7)]
+    ends = [
+        np.stack((np.full(20, x), y + wide * np.linspace(-0.5, 0.5, 20)), axis=1)
+        for x, y, wide in parts
+    ]
+    places = np.concatenate((*walls, *ends))
+    rows = np.zeros_like(places)
+    rows[: 2 * len(along), 1] = rows[2 * len(along) :, 0] = 1.0
+    return Told(rows, places, np.full(len(places), 1000.0))
+
+
+@pytest.mark.parametrize(
+    ("parts", "is_open"),
+    [
+        ((), True),
+        (((3.0, 0.0, 1.1),), True),  # a bed
+        (((3.0, 0.0, 1.1), (5.1, 0.0, 0.8)), True),  # and both of its ends
+        (((3.0, 0.0, 0.3), (6.0, 0.2, 0.3)), False),
+        (((3.0, 0.0, 1.5),), False),  # the corridor's end
+    ],
+)
+def test_one_thing_that_may_move_leaves_a_corridor_open(
+    parts: tuple[tuple[float, float, float], ...], is_open: bool
+) -> None:
+    axes = surfaces(*parts).open_axes()
+    assert len(axes) == is_open
+    assert all(abs(axis[0]) > 0.999 for axis in axes)
+
+
+def test_surfaces_that_may_be_the_wall_get_its_direction_and_others_keep_theirs() -> None:
+    chance = np.random.default_rng(1)
+    wall = math.pi - 0.01 + chance.normal(0.0, 0.02, 200)  # half a turn on is the same direction
+    angles = np.concatenate((wall % math.pi, (0.6, 1.57)))
+    off = np.full(len(angles), 0.1)
+    found = straightened(angles, off, np.ones(len(angles)))
+    assert np.ptp(np.sin(2.0 * found[:200])) < 1e-9
+    assert found[0] % math.pi == pytest.approx(math.pi - 0.01, abs=0.005)
+    assert found[200:].tolist() == angles[200:].tolist()
+    assert len(straightened(angles[:0], off[:0], off[:0])) == 0
+
+
+def test_far_points_of_a_wall_are_in_line_and_a_post_stands_alone() -> None:
+    wall = [(x, 0.8) for x in (0.3, 0.4, 0.5, 0.6, 0.75, 1.0, 1.5, 2.2, 3.2, 4.6)]
+    assert not stand_alone(np.array(wall)).any()
+    post = (2.9, 0.3)
+    assert stand_alone(np.array([*wall[:8], post, *wall[8:]])).nonzero()[0].tolist() == [8]
+
+
+def test_a_surprise_ends_where_the_speed_is_not_seen() -> None:
+    speed = SpeedByCommand()
+    for _ in range(10):
+        speed.predict(0.0, 0.5, 0.01, 1.0, False, 0.05)
+        speed.judge(0.0, 0.05)  # it is held
+    assert speed.predict(0.0, 0.5, 0.01, 1.0, False, 0.05).speed_m_s == 0.0
+    for _ in range(20):
+        speed.judge(None, 0.05)
+    assert speed.predict(0.0, 0.5, 0.01, 1.0, False, 0.05).speed_m_s > 0.0
