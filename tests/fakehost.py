@@ -109,11 +109,20 @@ def _file(path: str) -> tuple[str, bytes] | None:
 class Requests(WSGIRequestHandler):
     """Sends files from memory, on connections that stay open; the application does the rest.
 
-    A page loads about 40 files, and the tests load a page some hundred times.
+    A page loads about 40 files, and the tests load a page some hundred times: a browser may keep
+    them, which the host does not allow.
     """
 
     protocol_version = "HTTP/1.1"
     wbufsize = -1  # an answer is one packet
+
+    def setup(self) -> None:
+        super().setup()
+        self.server.connections.add(self.connection)
+
+    def finish(self) -> None:
+        self.server.connections.discard(self.connection)
+        super().finish()
 
     def run_wsgi(self) -> None:
         file = _file(self.path.partition("?")[0]) if self.command == "GET" else None
@@ -125,7 +134,7 @@ class Requests(WSGIRequestHandler):
         self.send_response(200)
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(len(data)))
-        self.send_header("Cache-Control", "no-cache")
+        self.send_header("Cache-Control", "max-age=3600")
         self.send_header("Content-Security-Policy", CONTENT_POLICY)
         self.end_headers()
         self.wfile.write(data)
@@ -147,9 +156,12 @@ def _ended(app: Flask) -> Callable[..., Any]:
 
 
 class FakeHost:
-    """Serves the real page; the test sends as the host would, and reads what the page sends."""
+    """Serves the real page; the test sends as the host would, and reads what the page sends.
 
-    def __init__(self) -> None:
+    `listener`: the socket at which it takes connections; None: one of its own.
+    """
+
+    def __init__(self, listener: socket.socket | None = None) -> None:
         self.welcome: dict[str, Any] = dict(WELCOME)
         self.state: dict[str, Any] = dict(ARMED)
         self.heard: list[dict[str, Any]] = []
@@ -175,9 +187,11 @@ class FakeHost:
             _ended(self._application()),
             threaded=True,
             request_handler=Requests,
+            fd=None if listener is None else listener.fileno(),
         )
+        self._server.connections = set()
         self._stopped = False
-        self.url = f"http://127.0.0.1:{self._server.server_port}/"
+        self.url = f"http://127.0.0.1:{self._server.server_address[1]}/"
         self._thread = threading.Thread(target=self._listen, name="fake host")
         self._thread.start()
 
@@ -239,6 +253,7 @@ class FakeHost:
         @app.after_request
         def strict(answer: Response) -> Response:
             answer.headers["Content-Security-Policy"] = CONTENT_POLICY
+            answer.headers.setdefault("Cache-Control", "no-store")
             return answer
 
         @sock.route("/ws/control")
@@ -330,5 +345,8 @@ class FakeHost:
         self._stopped = True
         socket.create_connection(self._server.server_address).close()
         self._thread.join(PATIENCE_S)
+        for connection in [*self._server.connections]:  # else the next host's page would use it
+            with contextlib.suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
         self._server.server_close()
         self._folder.cleanup()

@@ -1,5 +1,6 @@
 """The pages in a real Chromium, with a simulated clock and person."""
 
+import socket
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -126,25 +127,50 @@ def serve() -> Iterator[Callable[[], FakeHost]]:
         fake.stop()
 
 
-@pytest.fixture
-def host(serve: Callable[[], FakeHost]) -> FakeHost:
-    return serve()
+@pytest.fixture(scope="session")
+def listener() -> Iterator[socket.socket]:
+    """One address for the hosts of all tests, so that the browser knows their files already."""
+    with socket.create_server(("127.0.0.1", 0)) as found:
+        yield found
 
 
 @pytest.fixture
-def page(chromium: Browser) -> Iterator[Page]:
-    """A fresh profile at 1920x1080 with a stopped clock; any error on the page fails the test."""
+def host(listener: socket.socket) -> Iterator[FakeHost]:
+    fake = FakeHost(listener)
+    yield fake
+    fake.stop()
+
+
+@pytest.fixture(scope="session")
+def opener(chromium: Browser, listener: socket.socket) -> Iterator[Page]:
+    """Opens the tests' pages: in its own process, which keeps what they load. 1920x1080."""
     context = chromium.new_context(viewport={"width": 1920, "height": 1080}, locale="nl-NL")
     context.add_init_script(SPY)
-    fresh = context.new_page()
+    stays = context.new_page()
+    stays.clock.install(time=0)
+    stays.clock.pause_at(100)  # no machine stalls for that long until then
+    context.add_init_script(PASSED)
+    here = FakeHost(listener)
+    stays.goto(f"{here.url}static/icon.svg")
+    here.stop()
+    yield stays
+    context.close()
+
+
+@pytest.fixture
+def page(opener: Page, host: FakeHost) -> Iterator[Page]:
+    """A fresh one with a stopped clock; its host outlives it; any error on it fails the test.
+
+    What its clock does belongs to the opener's other pages as well: time passes by `spied.run`.
+    """
+    with opener.context.expect_page() as opened:
+        opener.evaluate("void open('about:blank')")
+    fresh = opened.value
     wrong: list[str] = []
     fresh.on("pageerror", lambda error: wrong.append(str(error)))
     fresh.on("console", lambda line: wrong.append(line.text) if "Security" in line.text else None)
-    fresh.clock.install(time=0)
-    fresh.clock.pause_at(100)  # no machine stalls for that long until then
-    context.add_init_script(PASSED)
     yield fresh
-    context.close()
+    fresh.close()
     assert wrong == []
 
 

@@ -106,7 +106,7 @@ def test_every_word_fits_and_here_is_how_it_looks(page, host, name):
     host.welcome["backward"] = name in ("warning", "override")
     driver = Driver(page, host)
     for sequence, language in enumerate(("nl", "en"), 1):
-        page.clock.run_for(100)
+        page.evaluate("spied.run(100)")
         driver.open(f"?lang={language}")
         host.show(picture(), sequence)
         wait_until(lambda n=str(sequence): n in host.acknowledged, "the picture")
@@ -189,6 +189,6 @@ def test_links_lost_and_old_pictures_look_like_it(page, host, driver):
     wait_until(lambda: host.acknowledged, "the picture")
     driver.advance(800)
     driver.screenshot("driver-stale")
-    page.clock.run_for(800)
+    page.evaluate("spied.run(800)")
     driver.screenshot("driver-lost")
     assert page.locator("#lost").is_visible()

@@ -319,6 +319,6 @@ def test_nothing_on_the_pairing_page_moves(page, host, language):
     page.wait_for_selector("#answer[data-kind=error]")
     assert page.locator("#go").is_disabled()
     moved += take(page)
-    page.clock.run_for(4500)
+    page.evaluate("spied.run(4500)")
     moved += take(page)
     assert not moved, moved

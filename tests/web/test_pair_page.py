@@ -89,11 +89,11 @@ def test_after_too_many_guesses_the_code_is_sent_when_the_wait_is_over(
     assert "12 s" in newcomer.answer("error")
     artefact("pair-wait")
     assert page.locator("#go").is_disabled()
-    page.clock.run_for(5000)
+    page.evaluate("spied.run(5000)")
     assert "7 s" in newcomer.answer("error")
     assert len(host.posted) == 1
     host.replies["POST /pair"] = 403, WRONG
-    page.clock.run_for(7500)
+    page.evaluate("spied.run(7500)")
     wait_until(lambda: page.locator("#go").is_enabled(), "the second answer")
     assert "klopt niet" in newcomer.answer("error")
     assert host.posted == [("/pair", {"code": "AAAA-AAAA"})] * 2
@@ -104,7 +104,7 @@ def test_a_code_deleted_during_the_wait_can_be_typed_again(newcomer, page, host)
     newcomer.open("#AAAA-AAAA")
     assert "3 s" in newcomer.answer("error")
     page.locator("#code").fill("")
-    page.clock.run_for(4500)
+    page.evaluate("spied.run(4500)")
     assert "nog geen code" in newcomer.answer("error")
     assert page.locator("#go").is_enabled()
     assert len(host.posted) == 1
