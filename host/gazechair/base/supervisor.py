@@ -26,7 +26,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gazechair.base import json_text
 from gazechair.base.child_process import END, drain, end, say_to, would_run
 from gazechair.base.rate_limit import RateLimit
 
@@ -363,7 +362,7 @@ class Supervisor:
 
     def _pass_on(self, payload: bytes) -> bool:
         """Report the child's status; whether it explains the child's end."""
-        fields = json_text.parse(payload)
+        fields = json.loads(payload)
         try:
             status = Status(*(str(fields[key]) for key in ("state", "reason", "detail")))
         except (KeyError, TypeError):

@@ -273,8 +273,9 @@ def parse(content: str, name: str = "configuration") -> Config:
     """The configuration in TOML text `content`, called `name` in errors. Raises ConfigError."""
     try:
         document = tomllib.loads(content)
-    except (ValueError, RecursionError) as error:  # also of endless numbers, or nesting
-        raise ConfigError(_broken_toml(content, name, str(error))) from None
+    except (ValueError, RecursionError) as error:  # also of endless numbers
+        why = "nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise ConfigError(_broken_toml(content, name, why)) from None
     known = ", ".join((*SECTIONS, *plugin_tables.KINDS))
     sections: dict[str, Any] = {}
     plugins: list[PluginConfig] = []

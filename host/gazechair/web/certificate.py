@@ -21,6 +21,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from gazechair.base.clock import EARLIEST_S, is_set
+from gazechair.base.state_folder import set_aside
 
 DAYS = 820
 _DAY_S = 86_400
@@ -165,8 +166,11 @@ def _begin_s(now_s: float, trusted: bool) -> float:
 def _make(folder: Path, names: Sequence[str], begin_s: float, trusted: bool) -> None:
     # In a separate folder that gets its final name once it is complete.
     fresh = folder.with_name("tls.new")
-    shutil.rmtree(fresh, ignore_errors=True)
     try:
+        for place in (fresh, folder):
+            if place.is_symlink() or place.is_file():
+                set_aside(place)
+        shutil.rmtree(fresh, ignore_errors=True)
         fresh.mkdir(mode=0o700, parents=True)
         (fresh / _NAMES).write_text("\n".join(names) + "\n")
         alternatives = ",".join(_alternative(name) for name in names)

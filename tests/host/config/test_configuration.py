@@ -169,7 +169,7 @@ def test_refusal_is_one_line_with_file_line_and_reason(content: str, line: int, 
         (f"[footprint]\ncorners_m = [[{'9' * 309}, 1], [-1, 1], [0, -1]]", "a list of corners"),
         (f"[lidar]\nmask = [[{'9' * 309}, 5]]", "a list of arcs"),
         (f"[web]\nport = {'9' * 5000}", "is not TOML"),
-        (f"[web]\nport = {'[' * 5000}", "is not TOML"),
+        (f"[web]\nport = {'[' * 5000}", "is not TOML: nested too deeply"),
     ],
     ids=["corner", "arc", "number", "nesting"],
 )

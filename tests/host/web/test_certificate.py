@@ -185,6 +185,22 @@ def test_half_a_certificate_is_made_whole(tmp_path: Path) -> None:
     assert Certificate(tmp_path, NAMES).context()
 
 
+@pytest.mark.parametrize("place", ["tls", "tls.new"])
+@pytest.mark.parametrize("link", [False, True])
+def test_what_is_no_folder_in_its_place_is_set_aside(
+    tmp_path: Path, place: str, link: bool
+) -> None:
+    (tmp_path / "something").write_bytes(b"\xff" * 100)
+    if link:
+        (tmp_path / place).symlink_to(tmp_path / "nowhere")
+    else:
+        (tmp_path / "something").rename(tmp_path / place)
+    Certificate(tmp_path, NAMES).context()
+    aside = tmp_path / "tls.damaged"
+    assert aside.is_symlink() if link else aside.read_bytes() == b"\xff" * 100
+    assert not (tmp_path / "tls.new").exists()
+
+
 def test_a_damaged_key_is_one_plain_line(tmp_path: Path) -> None:
     made = Certificate(tmp_path, NAMES)
     (tmp_path / "tls" / "host.key").write_text("no key")
