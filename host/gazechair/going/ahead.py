@@ -19,7 +19,7 @@ def poses_ahead(way: Way, at_leg: int, pose: Pose) -> FloatArray:
     begin = np.array(pose[:2])
     for leg in range(at_leg, len(way.points_m) - 1):
         bend = way.bend(leg + 1)
-        end = way.points_m[leg + 1] if bend is None else bend.begin_m
+        end = way.points_m[leg + 1] if bend is None else np.array(bend.begin_m)
         for one in (
             *_straight(way, leg, begin, end),
             *(() if bend is None else bend.sampled()),

@@ -183,7 +183,10 @@ class Smoother:
 
     def _widest(self, points: list[Point], k: int) -> Bend | None:
         most_m = self._most_m(points, k)
-        return widest(*points[k - 1 : k + 2], most_m) if most_m > 0.0 else None
+        if most_m <= 0.0:
+            return None
+        a, b, c = points[k - 1 : k + 2]
+        return widest(a, b, c, most_m)
 
     def _bend(self, points: list[Point], k: int) -> Bend | None:
         """The bend at vertex `k`, or None."""
