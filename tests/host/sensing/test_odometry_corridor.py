@@ -130,7 +130,7 @@ def surfaces(*parts: tuple[float, float, float]) -> Told:
         ((), True),
         (((3.0, 0.0, 1.1),), True),  # a bed
         (((3.0, 0.0, 1.1), (5.1, 0.0, 0.8)), True),  # and both of its ends
-        (((3.0, 0.0, 0.3), (6.0, 0.2, 0.3)), False),
+        (((3.0, 0.0, 0.3), (6.5, 0.2, 0.3)), False),
         (((3.0, 0.0, 1.5),), False),  # the corridor's end
     ],
 )
