@@ -16,7 +16,7 @@ from flask import Flask, Response, jsonify, request, send_from_directory
 from flask_sock import Sock
 from PIL import Image, ImageDraw
 from simple_websocket import ConnectionClosed, Server
-from werkzeug.serving import WSGIRequestHandler, make_server
+from werkzeug.serving import ThreadedWSGIServer, WSGIRequestHandler
 from wsproto.events import CloseConnection
 from wsproto.utilities import LocalProtocolError
 
@@ -116,14 +116,6 @@ class Requests(WSGIRequestHandler):
     protocol_version = "HTTP/1.1"
     wbufsize = -1  # an answer is one packet
 
-    def setup(self) -> None:
-        super().setup()
-        self.server.connections.add(self.connection)
-
-    def finish(self) -> None:
-        self.server.connections.discard(self.connection)
-        super().finish()
-
     def run_wsgi(self) -> None:
         file = _file(self.path.partition("?")[0]) if self.command == "GET" else None
         if file is None:
@@ -141,6 +133,29 @@ class Requests(WSGIRequestHandler):
 
     def log_request(self, code: int | str = "-", size: int | str = "-") -> None:
         """Nobody reads it."""
+
+
+class WebServer(ThreadedWSGIServer):
+    """Knows what is connected to it, so that nothing is any more when it has ended."""
+
+    def __init__(self, app: Callable[..., Any], listener: socket.socket | None) -> None:
+        self._open: set[socket.socket] = set()
+        fd = None if listener is None else listener.fileno()
+        super().__init__("127.0.0.1", 0, app, Requests, fd=fd)
+
+    def process_request(self, request: socket.socket, client_address: Any) -> None:
+        self._open.add(request)
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: socket.socket) -> None:
+        self._open.discard(request)
+        super().shutdown_request(request)
+
+    def server_close(self) -> None:
+        for connection in [*self._open]:
+            with contextlib.suppress(OSError):  # its thread may have been quicker
+                connection.shutdown(socket.SHUT_RDWR)
+        super().server_close()
 
 
 def _ended(app: Flask) -> Callable[..., Any]:
@@ -181,15 +196,7 @@ class FakeHost:
         self.profiles = Profiles(Path(self._folder.name), table)
         self._sockets: dict[str, list[Server]] = {"control": [], "video": []}
         self._lock = threading.Lock()
-        self._server = make_server(
-            "127.0.0.1",
-            0,
-            _ended(self._application()),
-            threaded=True,
-            request_handler=Requests,
-            fd=None if listener is None else listener.fileno(),
-        )
-        self._server.connections = set()
+        self._server = WebServer(_ended(self._application()), listener)
         self._stopped = False
         self.url = f"http://127.0.0.1:{self._server.server_address[1]}/"
         self._thread = threading.Thread(target=self._listen, name="fake host")
@@ -345,8 +352,5 @@ class FakeHost:
         self._stopped = True
         socket.create_connection(self._server.server_address).close()
         self._thread.join(PATIENCE_S)
-        for connection in [*self._server.connections]:  # else the next host's page would use it
-            with contextlib.suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)
         self._server.server_close()
         self._folder.cleanup()
