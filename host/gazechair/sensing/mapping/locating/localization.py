@@ -274,7 +274,7 @@ class Localization:
         most_m = _OFF_M + _OFF_SIGMAS * self._grown_m
         open_axes = seen.open_for(off_m + self._followed_m, most_m)
         there[:2] += open_axes.T @ (open_axes @ off_m)
-        if fits_elsewhere(self._map.ndt, look, there, seen.weak_axes):
+        if sure and fits_elsewhere(self._map.ndt, look, there, seen.weak_axes):
             self.lose()
             return
         evidence = self._map.evidence(look, there)
@@ -313,7 +313,7 @@ class Localization:
         # People distort a fit.
         if self._doubts(location, guess, time_s):
             still = None if contradicted else self._still_at(guess, odometry)
-            if still is None or still.sigma_m > KEPT_M:
+            if still is None or (still.is_open and still.sigma_m > KEPT_M):
                 self.lose()
             else:
                 # People who stand distort the static surfaces as well.
