@@ -91,10 +91,15 @@ def test_a_chair_with_one_lidar_is_tuned_and_what_was_found_is_stored(config: Pa
 
 
 def test_any_key_stops_it_and_nothing_is_changed(config: Path) -> None:
-    terminal = Terminal(config)
-    terminal.until("Enter: go")
-    terminal.press(b"\n")
-    terminal.until("left, 100 %")
-    terminal.press(b"x")
-    assert terminal.exit_code() == 2
+    for _ in range(5):
+        terminal = Terminal(config)
+        terminal.until("Enter: go")
+        terminal.press(b"\n")
+        terminal.until("left, ")
+        terminal.press(b"x")
+        code = terminal.exit_code()
+        # A machine that stalls during a pulse has the board stop it first.
+        if "host_silent" not in terminal.text:
+            break
+    assert code == 2
     assert "stopped; nothing was changed" in terminal.text
