@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import configparser
 import os
+import signal
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -100,6 +102,15 @@ esac
 """
 
 
+@pytest.fixture
+def terminal() -> Iterator[None]:
+    """Ctrl-C counts, as in a terminal; what runs in a shell's background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("terminal")
 @pytest.mark.parametrize("at", ["load", "up id"])
 @pytest.mark.parametrize("again", [False, True])
 def test_ended_by_ctrl_c_it_is_as_it_was_before(connections: Path, at: str, again: bool) -> None:
