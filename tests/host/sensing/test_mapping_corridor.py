@@ -11,6 +11,7 @@ from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
 from gazechair.sensing.mapping.locating.localization import Localization
 from gazechair.sensing.mapping.locating.map_match import Look, MapMatch
+from gazechair.sensing.mapping.locating.open_directions import OpenDirections
 from gazechair.sensing.mapping.locating.told import told
 from gazesim.rooms import Room, Solid, box
 from homerig import points, scan
@@ -83,6 +84,6 @@ def test_what_tells_the_place_along_a_corridor(
 def test_one_thing_counts_where_odometry_agrees() -> None:
     room, chance = corridor(END), np.random.default_rng(7)
     seen = told(MapMatch(grid_of(room)).ndt, look(room, 0.3, chance), np.array((0.3, 0.0, 0.0)))
-    assert len(seen.open_for(np.array((0.01, 0.0)), 0.02)) == 0
-    assert len(seen.open_for(np.array((0.0, 0.3)), 0.02)) == 0
-    assert len(seen.open_for(np.array((-0.05, 0.0)), 0.02)) == 1
+    assert len(OpenDirections().axes(seen, np.array((0.01, 0.0)))) == 0
+    assert len(OpenDirections().axes(seen, np.array((0.0, 0.3)))) == 0
+    assert len(OpenDirections().axes(seen, np.array((-0.05, 0.0)))) == 1

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from gazechair.sensing.odometry.apart import Told
+from gazechair.sensing.odometry.apart import Constraints
 from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED
 from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
 from gazechair.sensing.odometry.points import stand_alone
@@ -110,7 +110,7 @@ def test_two_cupboards_apart_tell_the_place_along_a_corridor() -> None:
     assert found[-1][0].along_sigma_m < 0.1
 
 
-def surfaces(*parts: tuple[float, float, float]) -> Told:
+def surfaces(*parts: tuple[float, float, float]) -> Constraints:
     """A corridor's walls along x; parts that face along x: at x, y, that wide."""
     along = np.arange(-6.0, 6.0, 0.1)
     walls = [np.stack((along, np.full_like(along, y)), axis=1) for y in (-0.7, 0.7)]
@@ -121,7 +121,7 @@ def surfaces(*parts: tuple[float, float, float]) -> Told:
     places = np.concatenate((*walls, *ends))
     rows = np.zeros_like(places)
     rows[: 2 * len(along), 1] = rows[2 * len(along) :, 0] = 1.0
-    return Told(rows, places, np.full(len(places), 1000.0))
+    return Constraints(rows, places, np.full(len(places), 1000.0))
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ _LEAST = 150.0  # 1/m^2, from all other things: less may be noise
 
 
 @dataclass(frozen=True)
-class Told:
+class Constraints:
     """What points tell of the position: each in a direction of its own."""
 
     rows: FloatArray
@@ -46,9 +46,9 @@ class WholeTurn:
     """What the newest turn of every lidar tells; feed it each piece."""
 
     def __init__(self) -> None:
-        self._pieces: deque[tuple[float, Told]] = deque()
+        self._pieces: deque[tuple[float, Constraints]] = deque()
 
-    def take(self, at_s: float, told: Told) -> None:
+    def take(self, at_s: float, told: Constraints) -> None:
         """Add a piece."""
         self._pieces.append((at_s, told))
 
@@ -56,16 +56,16 @@ class WholeTurn:
         """The places of earlier pieces are unrelated."""
         self._pieces.clear()
 
-    def until(self, at_s: float) -> list[Told]:
+    def until(self, at_s: float) -> list[Constraints]:
         """The pieces of the turn before a time."""
         while self._pieces and self._pieces[0][0] < at_s - _TURN_S:
             self._pieces.popleft()
         return [told for _, told in self._pieces]
 
 
-def together(parts: list[Told]) -> Told:
+def together(parts: list[Constraints]) -> Constraints:
     """Several as one."""
-    return Told(
+    return Constraints(
         np.concatenate([one.rows for one in parts]),
         np.concatenate([one.places_m for one in parts]),
         np.concatenate([one.strength for one in parts]),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.odometry.apart import Told, together
+from gazechair.sensing.odometry.apart import Constraints, together
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.points import stand_alone
 from gazechair.sensing.odometry.straight import straightened
@@ -50,7 +50,7 @@ class Fit:
     """Share of the points that lie on a remembered surface, 0..1."""
     known: float
     """Share of the points where a surface is remembered nearby."""
-    told: Told
+    told: Constraints
     """What this match alone tells, with what is in open directions."""
     sees_speed: bool
     """Whether it tells the speed forward."""
@@ -64,7 +64,7 @@ def fit(
     prior: FloatArray,
     covariance: FloatArray,
     heading_rad: float,
-    before: list[Told],
+    before: list[Constraints],
 ) -> Fit:
     """Fit `points` (chair's frame) starting at the state `prior` with its `covariance`.
 
@@ -89,7 +89,7 @@ def fit(
         which = spread[1]
         strength = robust / ((spread[0] + variance[which]) * _TOGETHER)
         if turn in (0, 3):  # surfaces are coarse, then fine
-            told = Told(rows, turned[which] + state[:2], strength)
+            told = Constraints(rows, turned[which] + state[:2], strength)
             open_axes = together([*before, told]).open_axes()
             free, kept = _free_and_kept(open_axes, np.array((c, s)))
             weight = np.linalg.inv(free.T @ covariance @ free)

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import FloatArray
 
 _BINS = 90  # of half a turn
@@ -27,13 +28,9 @@ def straightened(angles_rad: FloatArray, most_rad: FloatArray, lengths: FloatArr
     bins = np.minimum((share * _BINS).astype(np.int64), _BINS - 1)
     counts = np.bincount(bins, lengths, _BINS)
     fullest = int(np.argmax(counts + np.roll(counts, -1)))  # the pair of bins that begins there
-    off = _half_turn(angles_rad - math.pi * (fullest + 1.0) / _BINS)
+    away = angles_rad - math.pi * (fullest + 1.0) / _BINS
+    off = 0.5 * half_turn_rad(2.0 * away)  # a surface looks the same from behind
     near = np.abs(off) < _MAIN_RAD
     mean_rad = float((off[near] * lengths[near]).sum() / lengths[near].sum())
     off -= mean_rad
     return np.where(np.abs(off) < most_rad, angles_rad - off, angles_rad)
-
-
-def _half_turn(angles_rad: FloatArray) -> FloatArray:
-    """The directions as angles within a quarter turn of 0."""
-    return np.asarray((angles_rad + 0.5 * math.pi) % math.pi - 0.5 * math.pi)

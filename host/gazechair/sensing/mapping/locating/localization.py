@@ -18,6 +18,7 @@ from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.locating.candidate import Candidate, far_of, is_only
 from gazechair.sensing.mapping.locating.hold import Hold
 from gazechair.sensing.mapping.locating.map_match import Evidence, Look, MapMatch
+from gazechair.sensing.mapping.locating.open_directions import OpenDirections
 from gazechair.sensing.mapping.locating.recent_looks import CELL_M, RecentLooks, Settled
 from gazechair.sensing.mapping.locating.told import Told, fits_elsewhere, told
 from gazechair.sensing.mapping.locating.uncertainty import (
@@ -62,9 +63,6 @@ _LEAST_FAR_M = 1.0
 _ASKEW_RAD, _ASKEW_S, _ASKEW_SHARE = math.radians(1.2), 1.0, 0.04
 _STILL_M = 1.0  # agreed length that keeps a pose while people hide the rest
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
-# In a direction that the map leaves open the pose follows odometry: the deviation at first, and
-# how far a thing that alone tells otherwise may be off, with odometry's deviations since.
-_OPEN_M, _OFF_M, _OFF_SIGMAS = 0.03, 0.02, 3.0
 _SHUT = 1e6  # information that stands for odometry's
 
 
@@ -99,9 +97,7 @@ class Localization:
         self._agrees = True  # far static surfaces with the map, at the known pose
         self._pulled_rad, self._pulled_s = 0.0, math.inf  # recent turn by fits against odometry
         self._unsteady = Unsteady()
-        # Odometry's deviation, and the pose's when the map last left no direction open.
-        self._odometry_sigma_m, self._shut_sigmas_m = 0.0, (0.0, _OPEN_M)
-        self._followed_m: FloatArray = np.zeros(2)  # since then, of odometry off one thing
+        self._open = OpenDirections()
         self.location: Location | None = None
         self.askew = False
         """Whether the newest look ended the location because the map turned against odometry."""
@@ -116,7 +112,7 @@ class Localization:
         `odometry_sigma_m`: standard deviation of its position, since its beginning.
         """
         self.searched = self.askew = False
-        self._odometry_sigma_m = odometry_sigma_m
+        self._open.odometry_sigma_m = odometry_sigma_m
         if not len(look.points_m):
             if self.location is not None:
                 self._drift(odometry, time_s, self.location)
@@ -139,7 +135,7 @@ class Localization:
         """Set the pose, known from just having made the map; later looks verify it."""
         self.forget()
         self.location = Location(pose, Evidence(1.0, 0.0), _PLACED_M, _PLACED_RAD)
-        self._shut_sigmas_m, self._followed_m = (self._odometry_sigma_m, _OPEN_M), np.zeros(2)
+        self._open.none()
         self._hold = Hold(pose, odometry)
         self._odometry = odometry
 
@@ -233,36 +229,31 @@ class Localization:
         shares = agreement.agreed_m / whole_m, agreement.contradicted_m / whole_m
         look = Look(from_frame(one.settled.surfaces_m, one.odometry), np.zeros(2))
         seen = told(self._map.ndt, look, one.fitted.pose)
-        open_axes = seen.open_for(np.zeros(2), -1.0)
-        return self._location(one.fitted.pose, Evidence(*shares), look, (seen, open_axes))
+        doubtful = np.concatenate((seen.open_axes, seen.by_one))
+        return self._location(one.fitted.pose, Evidence(*shares), look, seen, doubtful)
 
     def _location(
         self,
         pose: FloatArray,
         evidence: Evidence,
         look: Look,
-        seen: tuple[Told, FloatArray],
+        seen: Told,
+        open_axes: FloatArray,
         held: FloatArray | None = None,
     ) -> Location:
-        """`seen`: what the look tells, and the directions that it leaves open."""
-        information, open_axes = seen[0].information.copy(), seen[1]
+        """`seen`: what the look tells; `open_axes`: the directions that it leaves open."""
+        information = seen.information.copy()
         information[:2, :2] += _SHUT * open_axes.T @ open_axes
         disagrees = disagreement(self._map.ndt, look.points_m, pose, look.origins_m, held)
         sigma_m, sigma_rad = sigmas_of(information, self._map.cell_m, disagrees)
         if len(open_axes):
-            sigma_m = max(sigma_m, math.hypot(self._shut_sigmas_m[1], self._grown_m))
+            sigma_m = max(sigma_m, self._open.sigma_m)
         return Location(pose, evidence, sigma_m, sigma_rad, len(open_axes) > 0)
 
     def _keep(self, location: Location) -> None:
         self.location = location
         if not location.is_open:
-            self._shut_sigmas_m = self._odometry_sigma_m, location.sigma_m
-            self._followed_m = np.zeros(2)
-
-    @property
-    def _grown_m(self) -> float:
-        """Odometry's deviation since the map last left no direction open."""
-        return math.sqrt(max(0.0, self._odometry_sigma_m**2 - self._shut_sigmas_m[0] ** 2))
+            self._open.none(location.sigma_m)
 
     def _follow(self, look: Look, odometry: FloatArray, time_s: float, pose: FloatArray) -> None:
         guess = compose(pose, between(self._odometry, odometry))
@@ -271,15 +262,14 @@ class Localization:
         there, sure = self._fit(look, guess, held)
         seen = told(self._map.ndt, look, there)
         off_m = guess[:2] - there[:2]
-        most_m = _OFF_M + _OFF_SIGMAS * self._grown_m
-        open_axes = seen.open_for(off_m + self._followed_m, most_m)
+        open_axes = self._open.axes(seen, off_m)
         there[:2] += open_axes.T @ (open_axes @ off_m)
         if sure and fits_elsewhere(self._map.ndt, look, there, seen.weak_axes):
             self.lose()
             return
         evidence = self._map.evidence(look, there)
         deviations = _FOLLOW_SIGMAS if sure else self._hold.deviations
-        location = self._location(there, evidence, look, (seen, open_axes), deviations)
+        location = self._location(there, evidence, look, seen, open_axes, deviations)
         off_rad = float(between(guess, there)[2])
         own_rad = _ASKEW_SHARE * abs(float(between(pose, guess)[2]))
         off_rad -= min(max(off_rad, -own_rad), own_rad)
@@ -303,7 +293,7 @@ class Localization:
                 return
             if len(seen.by_one):
                 self.location = location
-                self._followed_m = self._followed_m + guess[:2] - there[:2]
+                self._open.follow_one(guess[:2] - there[:2])
             else:
                 self._keep(location)
             self._doubt_since_s = None

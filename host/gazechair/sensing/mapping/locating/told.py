@@ -43,11 +43,6 @@ class Told:
     weak_axes: FloatArray
     """(N, 2): those that little determines."""
 
-    def open_for(self, off_m: FloatArray, most_m: float) -> FloatArray:
-        """(N, 2): the open directions, where odometry contradicts one thing by `off_m`, (2,)."""
-        contradicted = np.abs(self.by_one @ off_m) > most_m
-        return np.concatenate((self.open_axes, self.by_one[contradicted]))
-
 
 def told(grid: NdtGrid, look: Look, pose: FloatArray) -> Told:
     """What `look` tells if it was taken at `pose`."""
@@ -72,7 +67,7 @@ def told(grid: NdtGrid, look: Look, pose: FloatArray) -> Told:
         information[2, 2] + 1.0
     )
     found, axes = np.linalg.eigh(firm)
-    by_one = apart.Told(rows, at, strength / _TOGETHER).open_axes()
+    by_one = apart.Constraints(rows, at, strength / _TOGETHER).open_axes()
     open_axes, weak_axes = axes.T[found < _LEAST], axes.T[found < _WEAK * found[1]]
     return Told(information, open_axes, np.array(by_one).reshape(-1, 2), weak_axes)
 
