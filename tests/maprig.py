@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.mapping.worker import PULSE_S, Worker
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars

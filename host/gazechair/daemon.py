@@ -19,7 +19,7 @@ from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
 from gazechair.board.zone import BoardZone
-from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
+from gazechair.config.settings import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
 from gazechair.driving.error_handler import FIRST_DRIVE
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gazechair.base.health import Health
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.odometry import inbox

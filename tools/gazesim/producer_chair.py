@@ -17,7 +17,7 @@ from gazeboard.io.settings import FILE, Settings
 from gazechair.base.footprint import Footprint
 from gazechair.base.health import Health
 from gazechair.board.state import BoardState
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.picture.newest import Shot
 from gazechair.producers.contract import Setup
 from gazechair.producers.kinds import build

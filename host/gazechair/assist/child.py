@@ -14,7 +14,7 @@ from gazechair.assist.assist import Assist
 from gazechair.assist.message import Message, unpack
 from gazechair.base.newest_line import NewestLine
 from gazechair.base.supervisor import RecordWriter, child_main
-from gazechair.config.configuration import FootprintConfig
+from gazechair.config.settings import FootprintConfig
 from gazechair.sensing.clearance.evaluate import footprint_of
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars

@@ -18,8 +18,8 @@ from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
 from gazechair.base.state_folder import replace_file, set_aside
-from gazechair.config.configuration import LidarConfig
 from gazechair.config.rules import Arc, arcs
+from gazechair.config.settings import LidarConfig
 from gazechair.driving.error_handler import FIRST_DRIVE
 from gazechair.driving.speed_cap_store import NOT_STORED
 from gazechair.sensing.lidar.mask import MOST_DEG

@@ -15,7 +15,7 @@ from gazechair.base.health import Health
 from gazechair.base.latest_value import Clock
 from gazechair.base.reasons import PLUGIN
 from gazechair.base.supervisor import Status, Supervised
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.plugins import producer

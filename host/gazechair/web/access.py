@@ -5,7 +5,7 @@ from __future__ import annotations
 from gazechair.base.latest_value import Latest
 from gazechair.base.state_folder import state_folder
 from gazechair.board.caretaker_settings import CaretakerSettings
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import PairingDesk, StoreError
 from gazechair.people.pairing.local import LocalDoor

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.people.pairing import Paired, PairingDesk
 from gazechair.people.pairing.local import LocalDoor

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gazechair.base.footprint import Footprint
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.producers import exchange
 from gazechair.producers.contract import Press, Said, Sensed, Setup
 from gazechair.producers.person import OLD_S, SIGHT_LOST, UNSEEN, PersonProducer

@@ -14,7 +14,7 @@ import pytest
 
 from e2e.picture_chair import CAMERA, EYE
 from gazechair.base.health import Health
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore

@@ -14,7 +14,7 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.base.poses import between, compose
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.mapping import keeping
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk

@@ -16,7 +16,7 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Entry
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.stream import ByteStream
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars

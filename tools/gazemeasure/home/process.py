@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from gazechair.base.health import Health
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.obeys import Obeys

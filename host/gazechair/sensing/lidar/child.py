@@ -21,7 +21,7 @@ import numpy as np
 
 from gazechair.base import health as states
 from gazechair.base.supervisor import RecordWriter, child_main
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
 from gazechair.sensing.lidar import recorded, zone_message
 from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness

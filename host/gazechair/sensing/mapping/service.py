@@ -14,7 +14,7 @@ from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import Status
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.mapping.locating.whereabouts import Fix, Whereabouts, onward
 from gazechair.sensing.mapping.stored.picture import Picture
 from gazechair.sensing.mapping.worker import AGAIN, UNKNOWN

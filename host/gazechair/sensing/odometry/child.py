@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from gazechair.base.supervisor import RecordWriter, child_main
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.scan import Pose, in_arcs
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox import HalfTurn

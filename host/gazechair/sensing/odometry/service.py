@@ -10,7 +10,7 @@ from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import Status
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.inbox_service import InboxService
 from gazechair.sensing.odometry.obeys import Obeys
