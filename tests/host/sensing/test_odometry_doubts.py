@@ -159,7 +159,7 @@ def test_people_who_walk_past_do_not_take_the_chair_along() -> None:
 
 
 def test_a_lidar_that_comes_back_in_step_with_the_other_is_not_silent() -> None:
-    """Its half turns end with the other's, and are no newer: what they tell is not needed."""
+    """Its half turns end with the other's, and are no newer."""
     odometry, said = Odometry(), []
     for one, other in zip(pieces(room(), still, 6.0), pieces(room(), still, 6.0), strict=True):
         estimate = odometry.piece(one)
