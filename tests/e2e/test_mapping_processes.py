@@ -16,8 +16,8 @@ from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
-from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.service import OdometryService
 from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M
 from maprig import START_S, made

@@ -32,7 +32,7 @@ from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.half_turns import HalfTurns
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.inbox_service import InboxService
-from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.motion import Motion
 from gazelink.settings_table import PROFILES, TABLE
 from gazesim.lockstep_chair import Lockstep
 from gazesim.lockstep_host import MASKS

@@ -19,7 +19,7 @@ from gazechair.sensing.clearance.evaluate import footprint_of
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.motion import Motion
 
 _EVERY_S = 0.05
 _PULSE_S = 0.25  # while nothing is held

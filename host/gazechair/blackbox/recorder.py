@@ -23,7 +23,7 @@ from gazechair.config.settings import LidarConfig, LogConfig
 from gazechair.picture.camera import Frame
 from gazechair.picture.reducer import LEVELS, Reducer
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 LOST = "log_lost"
 MISSING = "log_missing"

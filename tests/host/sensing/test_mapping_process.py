@@ -23,7 +23,7 @@ from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.mapping.stored.home_map import HomeMap, load
 from gazechair.sensing.mapping.stored.places import EditRefused
 from gazechair.sensing.mapping.stored.store import MapStore
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from maprig import START_S, Chair, made
 from patience import wait_until
 

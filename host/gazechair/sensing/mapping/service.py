@@ -19,8 +19,8 @@ from gazechair.sensing.mapping.locating.whereabouts import Fix, Whereabouts, onw
 from gazechair.sensing.mapping.stored.picture import Picture
 from gazechair.sensing.mapping.worker import AGAIN, UNKNOWN
 from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox_service import InboxService
-from gazechair.sensing.odometry.odometry import Estimate
 
 LOST = "map_lost"
 NOWHERE = "map_unknown"

@@ -18,7 +18,8 @@ from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.scan import Pose, in_arcs
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Motion, Odometry
+from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import Piece
 
 _OLD_S = 0.5  # older data in the inbox is discarded
