@@ -28,7 +28,8 @@ from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
 from gazechair.first_drive.record import Record
-from gazechair.people.profiles import Profiles, house_fields
+from gazechair.people.pairing.store import PART as DEVICES
+from gazechair.people.profiles import PROFILES, Profiles, house_fields
 from gazechair.picture.camera import CameraService
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import PictureSlot
@@ -71,7 +72,7 @@ class Daemon:
         self.parts = HealthRegistry(on_change=self._changed)
         folder = state_folder(config.web.state_folder)
         record = Record(folder, self.parts.part(FIRST_DRIVE))
-        profiles = Profiles(folder, house_fields(config))
+        profiles = Profiles(folder, house_fields(config), self.parts.part(PROFILES))
         lidars = record.masked(config.lidar)
         feed = self._sense(folder, lidars, profiles)
         self._connect(lidars, feed)
@@ -180,6 +181,7 @@ class Daemon:
             self._alerts,
             self._guide,
             self._maps,
+            self.parts.part(DEVICES),
         )
 
     @property
