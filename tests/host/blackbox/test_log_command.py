@@ -58,7 +58,7 @@ def test_it_says_up_to_where_a_file_is_readable_that_ends_early(
     if damaged:
         data = bytearray(whole.read_bytes())
         data[len(data) // 3] ^= 0xFF
-        cut.write_bytes(data[: -8 if words == ["list"] else None])
+        cut.write_bytes(data)
     assert cli.main(["log", *words, *config]) == 0
     said = capsys.readouterr()
     ((read, size),) = re.findall(TOLD, said.out if words == ["list"] else said.err)
