@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import struct
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from mcap.exceptions import McapError
@@ -37,10 +39,27 @@ class Line:
 
     @property
     def message(self) -> Any:
-        """Its fields, as attributes."""
-        decoder = self.decoders.decoder_for("cdr", self.schema)
-        assert decoder is not None
-        return decoder(self.data)
+        """Its fields, as attributes. Raises ToldError."""
+        try:
+            decoder = self.decoders.decoder_for("cdr", self.schema)
+            assert decoder is not None
+            return decoder(self.data)
+        except _DAMAGED as error:
+            raise ToldError(
+                f"a message of {self.topic} cannot be read, as another program wrote it ({error})"
+            ) from None
+
+
+@contextlib.contextmanager
+def of_this_version(path: Path) -> Iterator[None]:
+    """Raise ToldError for a message without a field that is read here."""
+    try:
+        yield
+    except AttributeError as error:
+        if not isinstance(error.obj, SimpleNamespace):
+            raise
+        lacks = f"{type(error.obj).__name__} has no {error.name}"
+        raise ToldError(f"{path} is of another version: its {lacks}") from None
 
 
 class LogFile:

@@ -32,7 +32,7 @@ class Record:
     """{step: result}. A file that cannot be read counts as empty."""
 
     def __init__(self, folder: Path | None, health: Health | None = None) -> None:
-        """`folder` None: kept in memory only; `health`: degraded while results are not stored or read."""
+        """`folder` None: kept in memory only; `health`: degraded while the file cannot be used."""
         self._health = health or Health(FIRST_DRIVE)
         self._health.set(states.OK)
         self._path = None if folder is None else folder / FILE_NAME

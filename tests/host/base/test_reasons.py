@@ -52,9 +52,7 @@ def test_every_row_has_texts(language: str) -> None:
 
 
 def test_who_must_do_something_is_told_what() -> None:
-    silent = {
-        key for key, row in ALL.items() if row.severity > NOTE and not message("en", key)[1]
-    }
+    silent = {key for key, row in ALL.items() if row.severity > NOTE and not message("en", key)[1]}
     assert silent == {"setting_unknown"}
 
 

@@ -78,11 +78,12 @@ def test_devices_that_cannot_be_read_are_told_and_come_back_with_their_file(
         locked = type(desk)(state, health=health)
         assert locked.who(token) is None
         assert (health.state, health.reason) == ("lost", "devices_damaged")
-        assert "Permission denied" in health.detail and locked.problem == health.detail
+        assert "Permission denied" in health.detail
+        assert locked.problem == health.detail
     assert type(desk)(state).who(token) is not None
     # Pairing goes on, and keeps the old list beside the new one.
     fresh = locked.join().token
-    assert health.state == "ok" and locked.problem == ""
+    assert (health.state, locked.problem) == ("ok", "")
     assert type(desk)(state).who(fresh) is not None
     (state / "paired.damaged").rename(state / "paired.jsonl")
     assert type(desk)(state).who(token) is not None

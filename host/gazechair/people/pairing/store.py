@@ -90,7 +90,9 @@ class DeviceStore:
             else:
                 self._devices[device.id] = device
         if self._strange:
-            detail = f"{self._path}: {len(self._strange)} damaged lines; what is missing, pair again"
+            detail = (
+                f"{self._path}: {len(self._strange)} damaged lines; what is missing, pair again"
+            )
             self._health.set(states.DEGRADED, DAMAGED, detail)
 
     @property
