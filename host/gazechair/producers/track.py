@@ -43,7 +43,9 @@ class MapTrack:
             self._place(where)
 
     def _place(self, where: Whereabouts) -> None:
-        near = min(self._estimates, key=lambda one: abs(one.time_s - where.time_s), default=None)
+        # The last of those with the same time, as of two lidars in step.
+        newest_first = reversed(self._estimates)
+        near = min(newest_first, key=lambda one: abs(one.time_s - where.time_s), default=None)
         if near is None or abs(near.time_s - where.time_s) > _SAME_S:
             return
         in_map = np.array((where.x_m, where.y_m, math.radians(where.heading_deg)))
