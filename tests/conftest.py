@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 from playwright.sync_api import Browser, sync_playwright
 
+import gazechair  # noqa: F401  before any test imports numpy, whose helper threads it turns off
 import gazesetup
 from gazedemo.browser import OPTIONS
 
