@@ -252,7 +252,9 @@ class _Part:
 
     def __init__(self, corners_m: FloatArray, grown_m: float) -> None:
         edges = np.roll(corners_m, -1, axis=0) - corners_m
-        self._angles = np.concatenate((np.arctan2(edges[:, 1], edges[:, 0]) - math.pi / 2, _OCTAGON))
+        self._angles = np.concatenate(
+            (np.arctan2(edges[:, 1], edges[:, 0]) - math.pi / 2, _OCTAGON)
+        )
         self._corners_m, self._grown_m = corners_m, grown_m
 
     def ways(
