@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from gazechair.alerts.service import Alerts
 from gazechair.assist.service import AssistService
@@ -50,7 +50,9 @@ from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.sensing.odometry.shown import shown
 from gazechair.service.tune.forward_store import ForwardStore
-from gazechair.web.access import Access
+
+if TYPE_CHECKING:
+    from gazechair.web.access import Access
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
 _STANDS_S = 2.0
@@ -79,7 +81,8 @@ class Daemon:
         feed = self._sense(folder, lidars, profiles)
         self._connect(lidars, feed)
         self._drive(folder, profiles)
-        self._serve(folder, profiles, record)
+        self._lead(folder, profiles, record)
+        self._access: Access | None = None
 
     def _sense(self, folder: Path, lidars: tuple[LidarConfig, ...], profiles: Profiles) -> Feed:
         """What works on measurements: log, odometry, map, auto motions, assist; their inboxes."""
@@ -158,8 +161,8 @@ class Daemon:
         self._producers.connect(self.control, self.link)
         self.control.show_plugins(lambda: [*self._plugins.rows(), *self._producers.rows()])
 
-    def _serve(self, folder: Path, profiles: Profiles, record: Record) -> None:
-        """What people's devices reach: the pages, the first drive."""
+    def _lead(self, folder: Path, profiles: Profiles, record: Record) -> None:
+        """The first drive."""
         config = self._config
         odometry, forward = self._odometry, ForwardStore(folder)
         self._guide = Guide(
@@ -171,8 +174,13 @@ class Daemon:
             else FloorMarks(FloorStore(folder), self._newest_jpeg),
             step_ms=forward.step_ms,
         )
-        self._access = Access(
-            config,
+
+    def _serve(self) -> Access:
+        """What people's devices reach: the pages."""
+        from gazechair.web.access import Access  # a third of the daemon's imports
+
+        return Access(
+            self._config,
             SpotPort(
                 FirstDrivePort(self.control, self._guide, self._facts),
                 self.control,
@@ -189,7 +197,7 @@ class Daemon:
     @property
     def url(self) -> str:
         """Where the pages are, as other devices reach them."""
-        return self._access.url
+        return "" if self._access is None else self._access.url
 
     @property
     def alive(self) -> bool:
@@ -198,7 +206,7 @@ class Daemon:
 
     def invitation(self) -> str:
         """How to pair the driver's device while there is none, for the terminal; else ""."""
-        return self._access.invitation()
+        return "" if self._access is None else self._access.invitation()
 
     def start(self) -> None:
         """Start every part. Raises gazechair.web.WebError when the page cannot be served.
@@ -210,17 +218,18 @@ class Daemon:
         if not is_loopback(web.host) and not uses_tls(web):
             log.warning("insecure_http: anyone on this network can listen, and steal a pairing")
         self._maps.tidy()
-        try:
-            self._access.start()
-        except Exception:
-            self.stop()
-            raise
         if self._config.log.record:
             _start(self._log, self.parts.part("log"))
         self.link.start()
         self.control.start()
         self._machine.start()
         _start(self._lidar, self.parts.part("lidar"))
+        try:
+            self._access = self._serve()
+            self._access.start()
+        except Exception:
+            self.stop()
+            raise
         self._wait_for_lidars()
         _start(self._camera, self.parts.part("camera"))
         if self._odometry is not None:
@@ -237,7 +246,8 @@ class Daemon:
         if not self._running:
             return
         self._running = False
-        self._access.stop()
+        if self._access is not None:
+            self._access.stop()
         self._guide.stop()
         self._plugins.stop()
         self._producers.stop()

@@ -14,6 +14,7 @@ from simple_websocket import Client
 from gazechair.config import configuration, settings
 from gazechair.daemon import Daemon
 from gazechair.sensing.lidar import LidarService
+from gazechair.web.access import Access
 from gazedemo.pairing import cookie
 from gazelink import codes
 from patience import wait_until
@@ -154,8 +155,13 @@ def test_what_an_earlier_daemon_was_storing_is_cleared_up_before_anybody_is_serv
     half.write_bytes(b"it ended while it stored this")
     daemon = Daemon(read_config(cable.path))
     there: list[bool] = []
-    serve = daemon._access.start
-    monkeypatch.setattr(daemon._access, "start", lambda: (there.append(half.exists()), serve()))
+    serve = Access.start
+
+    def start(access: Access) -> None:
+        there.append(half.exists())
+        serve(access)
+
+    monkeypatch.setattr(Access, "start", start)
     daemon.start()
     daemon.stop()
     assert there == [False]

@@ -10,7 +10,7 @@ from typing import Any
 
 from gazechair.alerts.book import OVER
 from gazechair.base import json_text
-from gazechair.base.state_folder import replace_file
+from gazechair.base.state_folder import replace_file, set_aside
 from gazechair.base.throttled_log import ThrottledLog
 
 FILE_NAME = "alerts.jsonl"
@@ -26,6 +26,7 @@ class Diary:
         """`folder`: the state folder."""
         self._path = folder / FILE_NAME
         self._throttled = ThrottledLog(log)
+        self._damaged = False
 
     def read(self) -> list[dict[str, Any]]:
         """Every alert that can be read."""
@@ -37,6 +38,7 @@ class Diary:
             return []
         except OSError as error:
             self._throttled.warn("%s: cannot be read (%s)", self._path, error.strerror)
+            self._damaged = True
             return []
         found = []
         for number, line in enumerate(lines, 1):
@@ -47,6 +49,7 @@ class Diary:
             if isinstance(row, dict):
                 found.append(row)
             else:
+                self._damaged = True
                 self._throttled.warn("%s:%d is damaged; left out", self._path, number)
         return found
 
@@ -61,6 +64,9 @@ class Diary:
             first = next((at for at, (_, over) in enumerate(kept) if over), 0)
             size -= len(kept.pop(first)[0])
         try:
+            if self._damaged:
+                set_aside(self._path)
+                self._damaged = False
             replace_file(self._path, b"".join(line for line, _ in kept))
         except OSError as error:
             self._throttled.warn("%s: %s; alerts are not kept", self._path, error.strerror)

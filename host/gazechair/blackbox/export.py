@@ -5,6 +5,7 @@ from __future__ import annotations
 import array
 import csv
 import json
+import math
 import time
 from collections.abc import Iterable, Iterator
 from typing import Any, TextIO
@@ -17,13 +18,13 @@ _FACES = {"/rosout", "/board/state", "/host/command", "/host/order", "/board/fau
 
 
 def plain(value: Any) -> Any:
-    """A decoded message as JSON-compatible values; bytes as a list, infinity as null."""
+    """A decoded message as JSON-compatible values; bytes as a list, infinity and NaN as null."""
     if isinstance(value, bytes | bytearray | memoryview | array.array):
         return [plain(item) for item in value.tolist()] if hasattr(value, "tolist") else list(value)
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
     if isinstance(value, float):
-        return value if abs(value) != float("inf") else None
+        return value if math.isfinite(value) else None
     if hasattr(value, "__slots__"):
         return {name: plain(getattr(value, name)) for name in value.__slots__}
     return value

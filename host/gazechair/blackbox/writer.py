@@ -64,7 +64,9 @@ def ages_s(times_s: Sequence[float], now_s: float, trusted: bool) -> list[float]
 
 def _states(paths: Sequence[Path]) -> Iterator[tuple[Path, os.stat_result]]:
     for path in paths:
-        with contextlib.suppress(FileNotFoundError):  # somebody else has just deleted it
+        with contextlib.suppress(
+            OSError
+        ):  # somebody has just deleted it, or it is a link to itself
             state = path.stat()
             if stat.S_ISREG(state.st_mode):
                 yield path, state

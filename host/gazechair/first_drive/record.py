@@ -37,10 +37,12 @@ class Record:
         self._health.set(states.OK)
         self._path = None if folder is None else folder / FILE_NAME
         self._found: dict[str, Any] = {}
-        if self._path is not None and self._path.exists():
+        if self._path is not None:
             try:
                 found = dict(json_text.parse(self._path.read_text(encoding="utf-8")))
                 self._found = {step: found[step] for step in found if _sound(step, found[step])}
+            except (FileNotFoundError, NotADirectoryError):
+                pass
             except (OSError, ValueError, TypeError) as error:
                 detail = f"{self._path}: {error}; the first drive begins anew"
                 self._health.set(states.DEGRADED, FILE_DAMAGED, detail)

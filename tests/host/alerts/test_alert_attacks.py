@@ -178,6 +178,8 @@ def test_a_diary_that_is_damaged_is_replaced_and_somebody_is_called(
     house.look()
     house.alerts.keep()
     assert House(tmp_path).rows() == [("open", "")]
+    if damage == "0xff":
+        assert (tmp_path / "alerts.damaged").read_bytes() == b"\xff" * 5000
 
 
 def test_a_disk_that_is_full_while_an_alert_is_written_delays_nothing_but_the_diary(

@@ -78,6 +78,16 @@ def test_a_folder_that_is_named_as_a_file_is_left_alone(log: Log) -> None:
     assert (log.folder / "000001_x.mcap" / "deep").exists()
 
 
+def test_a_link_to_itself_among_the_files_does_not_end_the_recording(log: Log) -> None:
+    log.folder.mkdir()
+    loop = log.folder / "000001_x.mcap"
+    loop.symlink_to(loop)
+    log.second()
+    loop.rename(log.folder / "link")
+    assert log.out.states == ["ok"]
+    assert log.lines() == ["text"]
+
+
 @pytest.mark.parametrize("what", ["the folder", "the file"])
 def test_what_is_deleted_while_recording_is_made_again(log: Log, what: str) -> None:
     log.second()

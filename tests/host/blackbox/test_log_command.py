@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import re
 import shutil
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from mcap.writer import Writer
 
 from gazechair import cli
 from gazechair.blackbox import command
+from gazechair.blackbox.export import plain
 from gazechair.blackbox.reader import LogFile
 
 
@@ -228,3 +230,8 @@ def test_without_the_extra_it_says_what_to_install(
     monkeypatch.setattr(command.importlib, "import_module", missing)
     assert cli.main(["log", "list", *config]) == 2
     assert "pip install 'gazechair[log]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_is_no_number_is_null_as_json_has_no_word_for_it(value: float) -> None:
+    assert plain([value, 1.5]) == [None, 1.5]

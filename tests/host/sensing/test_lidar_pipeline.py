@@ -231,6 +231,27 @@ def test_without_any_scan_the_state_is_delivered_all_the_same() -> None:
     assert [one.acquired_s for one in reports] == [None] * 3
 
 
+def test_devices_open_while_the_tables_are_computed_and_nothing_is_delivered_before() -> None:
+    reports: list[Report] = []
+    during: list[int] = []
+    pipeline = Pipeline((LidarConfig("s2", "front", "/nowhere"),), None, reports.append)
+
+    def prepare() -> None:
+        reader = pipeline.lidars[0].reader
+        wait_for(lambda: reader.condition.state == "lost", lambda: reader.condition)
+        pipeline.watch()
+        during.append(len(reports))
+
+    try:
+        pipeline.start(prepare)
+        while not reports:
+            pipeline.watch()
+    finally:
+        pipeline.stop()
+    assert during == [0]
+    assert reports[0].lidars[0].state == "lost"
+
+
 def endless(one: Callable[[], None]) -> None:
     while True:
         one()

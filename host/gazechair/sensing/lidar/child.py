@@ -108,7 +108,7 @@ class Pipeline:
         self._lock = threading.Lock()  # one thread at a time evaluates and delivers
         self._due_s = time.monotonic() + _PULSE_S
         self._failed: Exception | None = None
-        self._prepared = False
+        self._prepared = True
         self.lidars = tuple(
             Lidar(config, self._renewed, HalfTurns(at, inbox_fds).take if inbox_fds else None)
             for at, config in enumerate(configs)
@@ -128,6 +128,7 @@ class Pipeline:
         delivered before its end.
         """
         sys.setswitchinterval(_SWITCH_S)
+        self._prepared = False
         for lidar in self.lidars:
             lidar.reader.start()
         prepare()
