@@ -12,7 +12,7 @@ from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between, compose
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry import doubts
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 POSE_OLD_S = 0.35
 """An older map pose counts as lost: the motion must end within 0.5 s."""

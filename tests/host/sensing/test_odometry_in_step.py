@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from gazechair.sensing.mapping.locating.looks import Looks
-from gazechair.sensing.odometry.odometry import OLDER_S, Estimate, Motion, Odometry
+from gazechair.sensing.odometry.estimate import Estimate
+from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.odometry.odometry import OLDER_S, Odometry
 from gazechair.sensing.odometry.points import Piece
 from gazesim.homes import Home
 

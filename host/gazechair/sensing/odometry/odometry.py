@@ -17,6 +17,7 @@ from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.apart import WholeTurn
 from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts
 from gazechair.sensing.odometry.drift import Drift
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.headings import Breaks, Heading, HeadingCheck, heading_at
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
@@ -31,6 +32,7 @@ from gazechair.sensing.odometry.match import (
     Y,
     fit,
 )
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.points import Piece, seen_points
 from gazechair.sensing.odometry.prediction import predict
@@ -56,49 +58,6 @@ _STOOD_M_S = 0.03
 
 _KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
 _INSERT_M, _INSERT_RAD = 0.10, math.radians(5.0)
-
-
-@dataclass(frozen=True)
-class Motion:
-    """The board's heading and outputs at a time; None: not known."""
-
-    time_s: float
-    heading_deg: float | None
-    linear_permille: int | None = None
-    turn_permille: int | None = None
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """Where the chair is and how it moves, in a frame that begins where odometry began.
-
-    The pose is the drive axle's; x forward at the beginning, y left, headings counter-clockwise.
-    Uncertainties are standard deviations; those of the position accumulate since the beginning,
-    along and across the chair.
-    """
-
-    time_s: float
-    """Monotonic time of the measurements, not of the computation."""
-    x_m: float
-    y_m: float
-    heading_deg: float
-    speed_m_s: float
-    sideways_m_s: float
-    yaw_rate_deg_s: float
-    along_sigma_m: float
-    across_sigma_m: float
-    heading_sigma_deg: float
-    speed_sigma_m_s: float
-    matched: float
-    """Share of the points that lie on surfaces seen before, 0..1."""
-    doubts: tuple[str, ...]
-    """Keys of `doubts`."""
-    track: int
-    """Number of the start: positions of different tracks are unrelated."""
-
-    def pose(self) -> FloatArray:
-        """(3,): x, y in metres, heading in radians, full turns counted."""
-        return np.array((self.x_m, self.y_m, math.radians(self.heading_deg)))
 
 
 @dataclass(frozen=True)
