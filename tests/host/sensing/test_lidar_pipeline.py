@@ -128,11 +128,15 @@ class Together:
         rear = LidarConfig(
             "s2", "rear", str(folder / "rear"), x_m=-0.4, heading_deg=180.0, mask=MASK
         )
-        self.pipeline = Pipeline((front, rear), self._evaluate, self._deliver)
+        self.pipeline = Pipeline((front, rear), self._deliver)
         self._evaluated: tuple[ChairView, ...] = ()
         self._delivered: SimpleQueue[tuple[Report, tuple[ChairView, ...]]] = SimpleQueue()
         self.views: tuple[ChairView, ...] = ()
         self.report: Report | None = None
+
+    def start(self) -> None:
+        self.pipeline.open()
+        self.pipeline.begin(self._evaluate)
 
     def _evaluate(self, views: tuple[ChairView, ...]) -> dict[str, Any]:
         self._evaluated = views
@@ -161,7 +165,7 @@ class Together:
 def test_two_lidars_are_judged_together_and_one_may_fail(tmp_path: Path) -> None:
     both = Together(tmp_path)
     try:
-        both.pipeline.start()
+        both.start()
         report = both.until(
             lambda r: all(one.state == "ok" and one.acquired_s is not None for one in r.lidars)
         )
@@ -207,7 +211,7 @@ def test_a_thread_that_does_not_come_back_is_named(tmp_path: Path) -> None:
 def test_a_report_survives_its_journey(tmp_path: Path) -> None:
     both = Together(tmp_path)
     try:
-        both.pipeline.start()
+        both.start()
         report = both.until(lambda r: r.acquired_s is not None)
         assert Report.unpack(report.pack()) == report
     finally:
@@ -223,8 +227,9 @@ def test_one_that_delivers_nothing_sees_nothing_however_narrow_its_view() -> Non
 
 def test_without_any_scan_the_state_is_delivered_all_the_same() -> None:
     reports: list[Report] = []
-    pipeline = Pipeline((LidarConfig("s2", "front", "/nowhere"),), None, reports.append)
-    for count in range(1, 4):  # never started: no reports arrive by themselves
+    pipeline = Pipeline((LidarConfig("s2", "front", "/nowhere"),), reports.append)
+    pipeline.begin()
+    for count in range(1, 4):  # never opened: no reports arrive by themselves
         while len(reports) < count:
             pipeline.watch()
     assert [one.lidars[0].state for one in reports] == ["starting"] * 3
@@ -233,22 +238,18 @@ def test_without_any_scan_the_state_is_delivered_all_the_same() -> None:
 
 def test_devices_open_while_the_tables_are_computed_and_nothing_is_delivered_before() -> None:
     reports: list[Report] = []
-    during: list[int] = []
-    pipeline = Pipeline((LidarConfig("s2", "front", "/nowhere"),), None, reports.append)
-
-    def prepare() -> None:
-        reader = pipeline.lidars[0].reader
+    pipeline = Pipeline((LidarConfig("s2", "front", "/nowhere"),), reports.append)
+    reader = pipeline.lidars[0].reader
+    try:
+        pipeline.open()
         wait_for(lambda: reader.condition.state == "lost", lambda: reader.condition)
         pipeline.watch()
-        during.append(len(reports))
-
-    try:
-        pipeline.start(prepare)
+        assert reports == []
+        pipeline.begin()
         while not reports:
             pipeline.watch()
     finally:
         pipeline.stop()
-    assert during == [0]
     assert reports[0].lidars[0].state == "lost"
 
 
@@ -264,7 +265,8 @@ def test_what_fails_on_a_lidars_thread_is_raised_where_all_are_watched(tmp_path:
         if threading.current_thread() is not here:
             raise BrokenPipeError
 
-    pipeline = Pipeline((LidarConfig("s2", "front", str(tmp_path)),), None, deliver)
+    pipeline = Pipeline((LidarConfig("s2", "front", str(tmp_path)),), deliver)
+    pipeline.begin()
     pipeline.lidars[0].reader.start()  # it says at once that it opens its port
     try:
         with pytest.raises(BrokenPipeError):

@@ -101,9 +101,10 @@ def _run(seconds: float, busy: bool) -> Live:
         emulator = started(path)
         reports: SimpleQueue[Delivered] = SimpleQueue()
         lidar = LidarConfig(kind="s2", port=path, mask=MASK)
-        pipeline = Pipeline((lidar,), None, reports.put)
+        pipeline = Pipeline((lidar,), reports.put)
         try:
-            pipeline.start()
+            pipeline.open()
+            pipeline.begin()
             seen_s, resyncs, restarts = _watch(reports, seconds, load if busy else None)
         finally:
             stopping.set()

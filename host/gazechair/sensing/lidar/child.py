@@ -93,22 +93,24 @@ class Lidar:
 
 
 class Pipeline:
-    """Runs all lidars, and evaluates them with each scan. Call `watch` in a loop meanwhile."""
+    """Runs all lidars, and evaluates them with each scan.
+
+    Call `open`, `begin`, and then `watch` in a loop.
+    """
 
     def __init__(
         self,
         configs: tuple[LidarConfig, ...],
-        evaluate: Evaluate | None,
         deliver: Deliver,
         inbox_fds: Sequence[int] = (),
     ) -> None:
         """`inbox_fds`: inboxes that get every half turn."""
-        self._evaluate = evaluate
+        self._evaluate: Evaluate | None = None
         self._deliver = deliver
         self._lock = threading.Lock()  # one thread at a time evaluates and delivers
         self._due_s = time.monotonic() + _PULSE_S
         self._failed: Exception | None = None
-        self._prepared = True
+        self._begun = False
         self.lidars = tuple(
             Lidar(config, self._renewed, HalfTurns(at, inbox_fds).take if inbox_fds else None)
             for at, config in enumerate(configs)
@@ -121,18 +123,16 @@ class Pipeline:
         except Exception as error:  # end the process, not only this lidar's thread
             self._failed = error
 
-    def start(self, prepare: Callable[[], object] = lambda: None) -> None:
-        """Start every lidar's thread; shortens the time that one thread of the process can take.
-
-        `prepare` runs while the devices open and their motors run up; nothing is evaluated or
-        delivered before its end.
-        """
+    def open(self) -> None:
+        """Start every lidar's thread; shortens the time that one thread of the process can take."""
         sys.setswitchinterval(_SWITCH_S)
-        self._prepared = False
         for lidar in self.lidars:
             lidar.reader.start()
-        prepare()
-        self._prepared = True
+
+    def begin(self, evaluate: Evaluate | None = None) -> None:
+        """Deliver from now on, with an evaluation if there is one."""
+        self._evaluate = evaluate
+        self._begun = True
 
     def stop(self) -> None:
         """Stop every lidar's motor and thread."""
@@ -160,7 +160,7 @@ class Pipeline:
                 self._report()
 
     def _report(self) -> None:
-        if not self._prepared:
+        if not self._begun:
             return
         self._due_s = time.monotonic() + _PULSE_S
         for lidar in self.lidars:
@@ -206,8 +206,6 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     fields = argument["footprint"]
     corners_m = tuple((x, y) for x, y in fields["corners_m"])
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
-    origins_m = [(config.x_m, config.y_m) for config in configs]
-    made: list[Evaluator] = []  # its tables take some tenths of a second
     record_s = time.monotonic() if argument["record"] else math.inf
 
     def deliver(report: Report) -> None:
@@ -219,14 +217,17 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
                 if lidar.scan is not None:
                     out.facts(recorded.pack(lidar.reader.config.name, lidar.scan))
 
-    pipeline = Pipeline(configs, lambda views: made[0](views), deliver, argument["inbox_fds"])
-    pipeline.start(lambda: made.append(Evaluator(footprint, origins_m)))
-    # Unbuffered: a thread waiting in stdin's own buffer at the process's end makes it crash.
-    words = FileIO(sys.stdin.fileno(), closefd=False)
-    ear = threading.Thread(target=hear, args=(words, made[0]), name="zone", daemon=True)
-    ear.start()
-    gc.freeze()  # present objects stay: exclude them from collections
+    pipeline = Pipeline(configs, deliver, argument["inbox_fds"])
     try:
+        pipeline.open()
+        # Its tables take some tenths of a second: meanwhile devices open and motors run up.
+        evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
+        pipeline.begin(evaluator)
+        # Unbuffered: a thread waiting in stdin's own buffer at the process's end makes it crash.
+        words = FileIO(sys.stdin.fileno(), closefd=False)
+        ear = threading.Thread(target=hear, args=(words, evaluator), name="zone", daemon=True)
+        ear.start()
+        gc.freeze()  # present objects stay: exclude them from collections
         while (name := pipeline.hanging()) is None:
             pipeline.watch()
     finally:
