@@ -263,6 +263,7 @@ def test_the_doctor_says_that_the_disk_is_full(
     assert "less than 100 MB of the disk are free" in found(findings, "log").found
     log.mkdir()
     (log / "000001_x.mcap").write_bytes(bytes(1 << 20))  # the host deletes it then
+    (log / "000002_x.mcap").symlink_to(log / "000002_x.mcap")
     assert found(doctor.examine(file), "log").level == OK
 
 
