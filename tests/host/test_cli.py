@@ -108,7 +108,7 @@ def test_run_serves_without_any_device_and_ends_cleanly(tmp_path: Path, number: 
         )
         with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
             health = json.load(answer)
-        stores = {"speed_cap", "first_drive"}
+        stores = {"speed_cap", "first_drive", "profiles", "devices"}
         assert set(health) == {"board", "lidar", "camera", "log", "host", *stores}
         process.send_signal(number)
         assert process.wait(PATIENCE_S) == 0
