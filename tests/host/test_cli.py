@@ -108,7 +108,7 @@ def test_run_serves_without_any_device_and_ends_cleanly(tmp_path: Path, number: 
         )
         with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
             health = json.load(answer)
-        stores = {"speed_cap", "first_drive"}
+        stores = {"speed_cap", "first_drive", "profiles", "devices"}
         assert set(health) == {"board", "lidar", "camera", "log", "host", *stores}
         process.send_signal(number)
         assert process.wait(PATIENCE_S) == 0
@@ -263,6 +263,7 @@ def test_the_doctor_says_that_the_disk_is_full(
     assert "less than 100 MB of the disk are free" in found(findings, "log").found
     log.mkdir()
     (log / "000001_x.mcap").write_bytes(bytes(1 << 20))  # the host deletes it then
+    (log / "000002_x.mcap").symlink_to(log / "000002_x.mcap")
     assert found(doctor.examine(file), "log").level == OK
 
 

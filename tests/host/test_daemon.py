@@ -13,6 +13,7 @@ from simple_websocket import Client
 
 from gazechair.config import configuration, settings
 from gazechair.daemon import Daemon
+from gazechair.picture.camera import CameraService
 from gazechair.sensing.lidar import LidarService
 from gazechair.web.access import Access
 from gazedemo.pairing import cookie
@@ -165,6 +166,31 @@ def test_what_an_earlier_daemon_was_storing_is_cleared_up_before_anybody_is_serv
     daemon.start()
     daemon.stop()
     assert there == [False]
+
+
+def test_lidars_start_first_then_the_pages_and_what_driving_needs_not_after_their_first_scan(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun: list[tuple[str, str]] = []
+    daemon = Daemon(read_config(tmp_path / "none"))
+    lidar = daemon.parts.part("lidar")
+    serve, film = Access.start, CameraService.start
+
+    def serves(access: Access) -> None:
+        begun.append(("pages", lidar.state))
+        serve(access)
+        threading.Timer(0.1, lidar.set, ("ok",)).start()
+
+    def films(camera: CameraService) -> None:
+        begun.append(("camera", lidar.state))
+        film(camera)
+
+    monkeypatch.setattr(LidarService, "start", lambda _: begun.append(("lidar", lidar.state)))
+    monkeypatch.setattr(Access, "start", serves)
+    monkeypatch.setattr(CameraService, "start", films)
+    daemon.start()
+    daemon.stop()
+    assert begun == [("lidar", "starting"), ("pages", "starting"), ("camera", "ok")]
 
 
 def test_a_part_that_does_not_start_is_a_health_state(

@@ -62,7 +62,8 @@ def ages_s(times_s: Sequence[float], now_s: float, trusted: bool) -> list[float]
     return ages[::-1]
 
 
-def _states(paths: Sequence[Path]) -> Iterator[tuple[Path, os.stat_result]]:
+def states(paths: Sequence[Path]) -> Iterator[tuple[Path, os.stat_result]]:
+    """Those of `paths` that are files, with size and times."""
     for path in paths:
         with contextlib.suppress(
             OSError
@@ -181,7 +182,7 @@ class LogWriter:
     def _trim(self) -> None:
         if not self._folder.is_dir():
             return
-        held = list(_states(files(self._folder)))
+        held = list(states(files(self._folder)))
         total = sum(state.st_size for _, state in held)
         free = self._free_bytes(self._folder)
         now_s = self._wall_ns() / 1e9

@@ -204,7 +204,8 @@ def _log(config: Config) -> Iterator[Finding]:
 def _full(folder: Path) -> str:
     from gazechair.blackbox import writer
 
-    own = sum(path.stat().st_size for path in writer.files(folder))  # the oldest give way
+    held = writer.states(writer.files(folder))
+    own = sum(state.st_size for _, state in held)  # the oldest give way
     short = shutil.disk_usage(_existing(folder)).free + own < writer.KEPT_FREE
     return writer.FULL if short else ""
 

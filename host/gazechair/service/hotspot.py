@@ -100,8 +100,10 @@ def off(folder: Path = FOLDER) -> str:
 def join(folder: Path = FOLDER) -> str:
     """How a tablet or phone joins it. Raises HotspotError."""
     made = _read(folder)
-    if not made.has_option("wifi-security", "psk"):
-        raise HotspotError("there is no hotspot, or only root may read it: use sudo")
+    if not (made.has_option("wifi-security", "psk") and made.has_option("wifi", "ssid")):
+        raise HotspotError(
+            "there is no hotspot that can be read: use sudo, or gazechair hotspot on"
+        )
     ssid, password = made["wifi"]["ssid"], made["wifi-security"]["psk"]
     lines = [
         f"WiFi network {ssid}, password {password}; the chair is at {ADDRESS} in it.",

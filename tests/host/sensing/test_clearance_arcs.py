@@ -16,7 +16,7 @@ from gazechair.base.footprint import (
     Margins,
     inside,
 )
-from gazechair.sensing.clearance.arcs import arc_reach
+from gazechair.sensing.clearance.arcs import ArcReach, arc_reach
 from gazechair.sensing.clearance.sweeps import Sweeps
 from gazelink import arcs
 
@@ -210,3 +210,12 @@ def test_within_the_outline_driving_and_turning_alone_say_what_is_left() -> None
     assert contacts[0, 2] == 0.0
     assert (ways[: arcs.ROWS] == 0).all()
     assert (ways[2 * arcs.ROWS : 2 * arcs.ROWS + 3] > 0).all()
+
+
+def test_tables_for_some_points_say_the_same_of_them_as_whole_ones() -> None:
+    points = np.random.default_rng(7).uniform(-2.0, 2.0, (200, 2))
+    footprint = Footprint()
+    contacts = Sweeps(footprint).contacts(points)
+    some = ArcReach(footprint, points).ways(points, contacts)
+    assert (some == arc_reach(footprint).ways(points, contacts)).all()
+    assert some.min() < arcs.FAR

@@ -174,5 +174,13 @@ def test_a_damaged_file_is_replaced(connections: Path) -> None:
     assert "password" in hotspot.on(folder=connections)
 
 
+def test_how_to_join_is_not_told_by_half_a_file(connections: Path) -> None:
+    hotspot.on("stoel", "", connections)
+    file = connections / "gazechair.nmconnection"
+    file.write_text(file.read_text().replace("ssid=stoel\n", ""))
+    with pytest.raises(HotspotError, match="gazechair hotspot on"):
+        hotspot.join(connections)
+
+
 def test_what_a_phone_reads_to_join_is_escaped() -> None:
     assert hotspot.joining('a;b:"c', "pa,ss\\") == 'WIFI:T:WPA;S:a\\;b\\:\\"c;P:pa\\,ss\\\\;;'
