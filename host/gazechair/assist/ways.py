@@ -23,7 +23,9 @@ _TIGHT_GAPS_M = (0.004, 0.012, 0.024, 0.06)  # for a chair without side margin
 _WORTH = (0.35, 0.3, 0.2, 0.15)
 _WORTH_ALL = sum(_WORTH)
 _SAFE = 1  # index of the gap with which a corridor needs no correction
-_TURN, _TURN_BACK, _OFF_POINTED = 0.5, 0.25, 0.7  # cost of a radian, metres
+# Cost of a radian, metres. A turn costs the same now and later: else it is put off for ever.
+_TURN, _OFF_POINTED = 0.375, 0.7
+_ENDS_M, _ENDS = 0.7, 1.0  # cost of each metre less than this free in the last direction
 _SHIFT = 0.25  # cost of a metre aside, metres
 _ELSEWHERE_RAD = math.radians(4.0)  # with straight on shut, a way begins at least this far off
 _BETTER_M = 0.12  # a way must beat straight on by this much
@@ -109,10 +111,9 @@ class _Scores:
         towards = np.cos(self.off_pointed)
         score = self._worth([one[:, columns] for one in self.free_m], gone_m)
         score += _WORTH_ALL * first_m * towards[first][:, None]
+        score -= _ends(self.free_m[0][:, columns] - gone_m)
         score -= (
-            _TURN * np.abs(_DIRECTIONS[first])
-            + _TURN_BACK * shift
-            + _OFF_POINTED * self.off_pointed
+            _TURN * np.abs(_DIRECTIONS[first]) + _TURN * shift + _OFF_POINTED * self.off_pointed
         )[:, None] + _SHIFT * aside_m
         possible = (there & self.may_first[first] & self.may)[:, None]
         possible = possible & (first_m + 0.05 <= self.free_m[0][first, _OWN][:, None])
@@ -125,6 +126,7 @@ class _Scores:
 
     def _alone(self) -> FloatArray:
         score = self._worth([one[:, [_OWN]] for one in self.free_m], np.zeros(()))[:, 0]
+        score -= _ends(self.free_m[0][:, _OWN])
         return score - (_TURN * np.abs(_DIRECTIONS) + _OFF_POINTED * self.off_pointed)
 
     def _as_before(self) -> BoolArray:
@@ -136,6 +138,11 @@ class _Scores:
         for one, weight in zip(free_m, _WORTH, strict=True):
             total = total + weight * np.clip(one - gone_m, 0.0, _HORIZON_M - gone_m) * towards
         return np.asarray(total)
+
+
+def _ends(free_m: FloatArray) -> FloatArray:
+    # Cost of a way that ends soon.
+    return _ENDS * np.clip(_ENDS_M - free_m, 0.0, _ENDS_M)
 
 
 class Ways:
