@@ -259,9 +259,8 @@ class Assist:
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
             if left_m > self._short_m() and self.permits.forward_m > _LEG_STOPS_M:
                 return replace(self._straight_on(dt_s), steers=True)
-            if abs(leg.then_deg - heading) > _SPOT_DEG:
-                self._press.turned_then = True
-                self._press.spot = _Spot(leg.then_deg, now_s)
+            self._press.turned_then = True
+            self._press.spot = _Spot(leg.then_deg, now_s)
         self._press.leg = None
         if self._press.spot is None:
             return None

@@ -23,8 +23,9 @@ _TIGHT_GAPS_M = (0.004, 0.012, 0.024, 0.06)  # for a chair without side margin
 _WORTH = (0.35, 0.3, 0.2, 0.15)
 _WORTH_ALL = sum(_WORTH)
 _SAFE = 1  # index of the gap with which a corridor needs no correction
-# Cost of a radian, metres. A turn costs the same now and later: else it is put off for ever.
-_TURN, _OFF_POINTED = 0.375, 0.7
+_TURN, _OFF_POINTED = 0.5, 0.7  # cost of a radian, metres
+# A turn after a leg of these lengths costs so much less. At once it does not, or is put off for ever.
+_LATER_M, _LATER = (0.3, 1.0), (0.0, 0.25)
 _ENDS_M, _ENDS = 0.7, 1.0  # cost of each metre less than this free in the last direction
 _SHIFT = 0.25  # cost of a metre aside, metres
 _ELSEWHERE_RAD = math.radians(4.0)  # with straight on shut, a way begins at least this far off
@@ -115,6 +116,7 @@ class _Scores:
         score -= (
             _TURN * np.abs(_DIRECTIONS[first]) + _TURN * shift + _OFF_POINTED * self.off_pointed
         )[:, None] + _SHIFT * aside_m
+        score += shift * np.interp(first_m, _LATER_M, _LATER)
         possible = (there & self.may_first[first] & self.may)[:, None]
         possible = possible & (first_m + 0.05 <= self.free_m[0][first, _OWN][:, None])
         possible &= (first_m >= _SHORTEST_M) & (first_m <= _LEG_M)

@@ -245,18 +245,6 @@ def test_a_leg_ends_before_the_board_ends_the_press(forward_mm, goes_on):
     assert (advice.turn_permille < 0) != goes_on
 
 
-@pytest.mark.parametrize(("then_deg", "turns"), [(-6.0, False), (-10.0, True)])
-def test_after_a_leg_it_stops_only_for_a_turn_that_no_curve_makes(then_deg, turns):
-    assist = before_a_door(0.0)
-    free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
-    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=200, **free)
-    assist.advise(1, 1.09)
-    assist._person = False
-    assist._press.leg = _Leg(assist._straight_m - 0.5, then_deg)
-    assist._on_leg(0.0, 1.1, 0.05)
-    assert (assist._press.spot is not None) == turns
-
-
 @pytest.mark.parametrize(("forward_mm", "kept"), [(200, False), (1200, True)])
 def test_before_what_may_be_a_person_the_way_that_led_there_is_not_preferred(forward_mm, kept):
     assist = before_a_door(0.25)
