@@ -24,7 +24,7 @@ _WORTH = (0.35, 0.3, 0.2, 0.15)
 _WORTH_ALL = sum(_WORTH)
 _SAFE = 1  # index of the gap with which a corridor needs no correction
 _TURN, _OFF_POINTED = 0.5, 0.7  # cost of a radian, metres
-# A turn after a leg of these lengths costs so much less. At once it does not, or is put off for ever.
+# A turn after a leg of these lengths costs so much less; a nearer one is not put off for that.
 _LATER_M, _LATER = (0.3, 1.0), (0.0, 0.25)
 _ENDS_M, _ENDS = 0.7, 1.0  # cost of each metre less than this free in the last direction
 _SHIFT = 0.25  # cost of a metre aside, metres
