@@ -8,7 +8,7 @@ from typing import Any
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Bypass, Clearance, Command
 from gazechair.board.state import BoardId, BoardState, BoardStats
-from gazechair.config.configuration import Config, DriverConfig
+from gazechair.config.settings import Config, DriverConfig
 from gazechair.driving.control import Control
 from gazelink import codes
 from gazesim.board_limits import LIMITS

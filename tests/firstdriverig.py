@@ -14,7 +14,7 @@ from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Clearance
 from gazechair.board.events import SettingReply
 from gazechair.board.link import BoardLink
-from gazechair.config.configuration import Config, LidarConfig
+from gazechair.config.settings import Config, LidarConfig
 from gazechair.driving.control import Control
 from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide

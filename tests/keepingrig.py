@@ -14,7 +14,7 @@ from gazechair.sensing.mapping.locating.map_match import Evidence, Look
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.mapping.upkeep import load_ledger
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 LOCATION = Location(np.array((1.0, 1.0, 0.0)), Evidence(1.0, 0.0), 0.01, 0.01)
 AHEAD = Look(np.array([(0.5, y) for y in np.arange(-0.1, 0.11, 0.02)]), np.zeros((11, 2)))

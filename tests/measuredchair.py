@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from gazechair.base.latest_value import Entry
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 KNOWN = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.1, 1.0, 0.02, 0.9, (), 0)
 

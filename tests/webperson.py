@@ -51,6 +51,11 @@ CARETAKER = {
     "POST /pairing/revoke": (200, {"devices": [PHONE]}),
 }
 
+# Where an element is, null when it is not shown: one question to the browser, not three.
+BOX = """selector => {
+  const { x, y, width, height } = document.querySelector(selector)?.getBoundingClientRect() ?? {};
+  return width && height ? { x, y, width, height } : null;
+}"""
 # A page without a word from its host for 500 ms takes its link as lost.
 PART_MS = 400
 
@@ -135,8 +140,7 @@ class Driver:
     def spot(self, where: str | tuple[float, float]) -> tuple[float, float]:
         """Centre of a target, or a point given in shares of the screen (px)."""
         if isinstance(where, str):
-            box = self.page.locator(f"#{where}").bounding_box()
-            assert box is not None, f"{where} is not shown"
+            box = wait_until(lambda: self.page.evaluate(BOX, f"#{where}"), f"{where} to be shown")
             return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
         size = self.page.viewport_size
         assert size is not None

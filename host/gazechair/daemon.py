@@ -19,7 +19,7 @@ from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
 from gazechair.board.zone import BoardZone
-from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
+from gazechair.config.settings import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
 from gazechair.driving.error_handler import FIRST_DRIVE
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP
@@ -28,7 +28,8 @@ from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
 from gazechair.first_drive.record import Record
-from gazechair.people.profiles import Profiles, house_fields
+from gazechair.people.pairing.store import PART as DEVICES
+from gazechair.people.profiles import PROFILES, Profiles, house_fields
 from gazechair.picture.camera import CameraService
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import PictureSlot
@@ -53,6 +54,8 @@ from gazechair.web.access import Access
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
 _STANDS_S = 2.0
+_FIRST_S = 3.0  # for the lidars, before everything else is started
+_LOOK_S = 0.02
 
 log = logging.getLogger(__name__)
 
@@ -71,7 +74,7 @@ class Daemon:
         self.parts = HealthRegistry(on_change=self._changed)
         folder = state_folder(config.web.state_folder)
         record = Record(folder, self.parts.part(FIRST_DRIVE))
-        profiles = Profiles(folder, house_fields(config))
+        profiles = Profiles(folder, house_fields(config), self.parts.part(PROFILES))
         lidars = record.masked(config.lidar)
         feed = self._sense(folder, lidars, profiles)
         self._connect(lidars, feed)
@@ -180,6 +183,7 @@ class Daemon:
             self._alerts,
             self._guide,
             self._maps,
+            self.parts.part(DEVICES),
         )
 
     @property
@@ -216,11 +220,9 @@ class Daemon:
         self.link.start()
         self.control.start()
         self._machine.start()
-        for part, health in (
-            (self._lidar, self.parts.part("lidar")),
-            (self._camera, self.parts.part("camera")),
-        ):
-            _start(part, health)
+        _start(self._lidar, self.parts.part("lidar"))
+        self._wait_for_lidars()
+        _start(self._camera, self.parts.part("camera"))
         if self._odometry is not None:
             _start(self._odometry, self.parts.part("odometry"))
         if self._mapping is not None:
@@ -252,6 +254,13 @@ class Daemon:
                 part.stop()
         self._log.stop()
         self._pictures.close()
+
+    def _wait_for_lidars(self) -> None:
+        """Until they deliver or are lost: a dozen children that start beside theirs would take the
+        processors from what the chair needs to drive."""
+        health, end_s = self.parts.part("lidar"), time.monotonic() + _FIRST_S
+        while health.state == h.STARTING and time.monotonic() < end_s:
+            time.sleep(_LOOK_S)
 
     def _measuring(self, lidars: tuple[LidarConfig, ...]) -> OdometryService:
         obeys = Obeys(self.parts.part("motion"), lambda: self.link.state())

@@ -168,7 +168,7 @@ def test_calibration_comes_by_itself_without_the_magnetometer():
 def test_tilt_shows_in_roll_pitch_and_gravity():
     bench = Bench()
     bench.fusion()
-    bench.sensor.tilt_deg = (5.0, 20.0)
+    bench.sensor.set_tilt(5.0, 20.0)
     bench.run(20)
     roll, pitch = struct.unpack("<2h", bench.read(0x1C, 4))
     assert (roll / 16, pitch / 16) == (5.0, 20.0)

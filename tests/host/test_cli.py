@@ -18,7 +18,7 @@ import pytest
 from gazechair import cli
 from gazechair.base.health import HealthState
 from gazechair.base.sole_daemon import sole_daemon
-from gazechair.config import configuration
+from gazechair.config import configuration, settings
 from gazechair.service import doctor, doctor_devices
 from gazechair.service.doctor import FAIL, OK, WARN, Finding
 from gazedemo.pairing import cookie
@@ -49,7 +49,7 @@ def found(findings: list[Finding], what: str) -> Finding:
 
 def test_config_prints_a_file_that_is_the_default(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["config"]) == 0
-    assert configuration.parse(capsys.readouterr().out) == configuration.Config()
+    assert configuration.parse(capsys.readouterr().out) == settings.Config()
 
 
 def test_a_bad_configuration_ends_run_in_one_line(

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from simple_websocket import Client
 
-from gazechair.config import configuration
+from gazechair.config import configuration, settings
 from gazechair.daemon import Daemon
 from gazechair.sensing.lidar import LidarService
 from gazedemo.pairing import cookie
@@ -25,7 +25,7 @@ STATE_FILES = (
 )
 
 
-def read_config(port: Path) -> configuration.Config:
+def read_config(port: Path) -> settings.Config:
     state = port.parent / "state"
     return configuration.parse(
         f'[board]\nport = "{port}"\n[web]\nport = 0\nstate_folder = "{state}"\n'

@@ -11,7 +11,7 @@ import pytest
 from gazechair.alerts.diary import Diary
 from gazechair.base import json_text
 from gazechair.config import configuration
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.first_drive.record import Record
 from gazechair.people.pairing.store import DeviceStore

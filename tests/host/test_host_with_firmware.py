@@ -9,7 +9,7 @@ import pytest
 from gazeboard.io.joystick import permille
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Clearance
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.control import Control
 from gazelink import codes
 from gazesim.chair_rig import ChairRig

@@ -45,12 +45,10 @@ def _house(folder: Path, **files: str) -> arrows.Imports:
     return arrows.imports(arrows.modules(folder))
 
 
-def test_a_circle_is_found_and_an_import_for_types_is_none(tmp_path: Path) -> None:
+def test_a_circle_is_found_also_of_imports_for_types_only(tmp_path: Path) -> None:
     graph = _house(tmp_path, one="import two", two="def f():\n    from three import x", three="")
     assert arrows.circles(graph) == []
     graph = _house(tmp_path, three="if TYPE_CHECKING:\n    import one")
-    assert arrows.circles(graph) == []
-    graph = _house(tmp_path, three="import one")
     assert arrows.circles(graph) == [["one", "three", "two"]]
 
 

@@ -7,7 +7,7 @@ from pagelooks import OVERFLOWING, REST, on_every_screen
 from patience import wait_until
 from pluginrows import WELL, lost, mode, offer
 from plugintiles import AHEAD, FOLLOW, HOME, TWENTY, begin, more, moves, shown, tiled
-from webperson import Driver
+from webperson import BOX, Driver
 
 pytestmark = pytest.mark.browser
 
@@ -15,8 +15,12 @@ pytestmark = pytest.mark.browser
 # How many, and where
 
 
+BOXES = f"names => Object.fromEntries(names.map(name => [name, ({BOX})('#' + name)]))"
+LABELS = "names => names.map(name => document.querySelector(`#${name} .label`).textContent)"
+
+
 def boxes(person):
-    return {name: person.page.locator(f"#{name}").bounding_box() for name in shown(person)}
+    return person.page.evaluate(BOXES, shown(person))
 
 
 @pytest.mark.parametrize("backward", [False, True], ids=["", "backward"])
@@ -44,7 +48,7 @@ def test_twenty_modes_have_pages_of_three_and_every_page_keeps_the_rules(page, h
             tiles = [name for name in found if name.startswith("plugin")]
             for name in tiles:
                 assert found[name]["width"] >= 390 / 1920 * size[0]
-                seen.append(page.locator(f"#{name} .label").text_content())
+            seen += page.evaluate(LABELS, tiles)
             page.locator("#next").click()
             person.advance(50)
         assert seen == [row["names"]["nl"] for row in TWENTY]

@@ -14,7 +14,7 @@ from unittest import mock
 
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Clearance
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.control import Control
 from gazechair.plugins.exchange import BadValue, Value, unpack
 from gazechair.plugins.producer import InputProducer, ModeProducer

@@ -15,7 +15,7 @@ from typing import Any
 from unittest import mock
 
 from gazechair.base.health import OK, HealthRegistry
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.control import Control
 from gazechair.plugins import NOTHING, STOP, choose, drive, hold, step
 from gazechair.plugins.exchange import BadValue, Value

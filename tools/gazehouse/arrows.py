@@ -1,6 +1,6 @@
 """The import graph of the rooms, read from the sources: arrows and cycles. Runs nothing.
 
-An arrow is an import that runs; one only for type checkers (`if TYPE_CHECKING`) does not count.
+An arrow is any import, also one inside a function or only for type checkers.
 """
 
 from __future__ import annotations
@@ -78,8 +78,8 @@ def imports(known: Mapping[str, Path]) -> dict[str, frozenset[str]]:
 
 
 def imported(tree: ast.AST, known: Mapping[str, Path]) -> Iterator[str]:
-    """The known modules that a file imports, at any place where it runs."""
-    for node in _running(tree):
+    """The known modules that a file imports, at any place."""
+    for node in _statements(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             for alias in node.names:
                 inside = f"{node.module}.{alias.name}"
@@ -88,15 +88,13 @@ def imported(tree: ast.AST, known: Mapping[str, Path]) -> Iterator[str]:
             yield from {alias.name for alias in node.names} & known.keys()
 
 
-def _running(tree: ast.AST) -> Iterator[ast.AST]:
-    """All nodes with statements, except those only for type checkers."""
+def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """All nodes with statements."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.expr):
             continue
-        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
-            continue
         yield node
-        yield from _running(node)
+        yield from _statements(node)
 
 
 def room(module: str) -> str:

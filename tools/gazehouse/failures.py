@@ -9,6 +9,7 @@ from pathlib import Path
 
 from gazechair.base.languages import label, message
 from gazechair.base.reasons import DRIVES, NOTE, PARTS, PLUGIN, REASONS, STANDS
+from gazechair.driving.error_handler import FILE_REASONS
 from gazehouse.numbers import table
 from gazelink import codes
 from gazesetup import ROOT
@@ -231,7 +232,7 @@ def _said(language: str, key: str) -> tuple[str, str]:
 
 
 def _reasons() -> Iterable[tuple[str, ...]]:
-    for key, row in REASONS.items():
+    for key, row in {**REASONS, **FILE_REASONS}.items():
         dutch, english = message("nl", key), message("en", key)
         do = " / ".join(filter(None, (dutch[1], english[1])))
         yield (

@@ -182,6 +182,20 @@ class Mentions:
         return [f for f, words in self._words.items() if word in words and f not in skipped]
 
 
+class SettingMentions:
+    """Which files name a setting as one: some are called as other things are, too."""
+
+    def __init__(self, *patterns: str) -> None:
+        files = [file for pattern in patterns for file in sorted(ROOT.glob(pattern))]
+        texts = {file: file.read_text() for file in files}
+        self._texts = {file: text for file, text in texts.items() if "settings" in text}
+
+    def of(self, name: str) -> list[Path]:
+        """The files that read it from the settings, or give its name in quotes or a value."""
+        as_setting = re.compile(rf'(?:settings|\bs)\.{name}\b|"{name}"|\b{name}=\d')
+        return [file for file, text in self._texts.items() if as_setting.search(text)]
+
+
 class Tests(Mentions):
     """Which tests name a number: in its sense only if they load its file, too."""
 
@@ -235,7 +249,11 @@ def render() -> str:
         f"`{_short(_SETTINGS)}`; `gazechair settings` reads and changes them.",
     ]
     lines = _SETTINGS.read_text().splitlines()
-    general = [_setting(row, lines, code, tests) for row in TABLE[:_GENERAL]]
+    used, tested = (
+        SettingMentions("firmware/**/*.py", "host/**/*.py"),
+        SettingMentions("tests/**/*.py"),
+    )
+    general = [_setting(row, lines, used, tested) for row in TABLE[:_GENERAL]]
     parts.append(
         table(("Setting", "Default", "Range", "Meaning", "Used in", "Named by tests"), general)
     )
@@ -245,7 +263,7 @@ def render() -> str:
         for name, default, _, _ in TABLE[_GENERAL:][: len(PROFILE_ROWS)]
     }
     of_profiles = [
-        _setting((name, first[name], low, high), lines, code, tests)
+        _setting((name, first[name], low, high), lines, used, tested)
         for name, low, high in PROFILE_ROWS
     ]
     parts.append(
@@ -291,7 +309,10 @@ def _enforced(limit: str, code: Mentions) -> str:
 
 
 def _setting(
-    row: tuple[str, int, int, int], lines: list[str], code: Mentions, tests: Mentions
+    row: tuple[str, int, int, int],
+    lines: list[str],
+    used: SettingMentions,
+    tested: SettingMentions,
 ) -> tuple[str, ...]:
     name, default, low, high = row
     at = next(k for k, line in enumerate(lines) if f'("{name}"' in line)
@@ -301,8 +322,8 @@ def _setting(
         str(default),
         f"{low}..{high}",
         meaning,
-        _links(code.of(name)),
-        _links(tests.of(name)),
+        _links(used.of(name)),
+        _links(tested.of(name)),
     )
 
 

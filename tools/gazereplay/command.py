@@ -27,7 +27,7 @@ def add(commands: Any) -> None:
 
 def _replay(options: argparse.Namespace) -> int:
     try:
-        from gazechair.blackbox.reader import LogFile
+        from gazechair.blackbox.reader import LogFile, of_this_version
         from gazereplay import as_test, view
         from gazereplay.replay import replay
         from gazereplay.result import NoTrace
@@ -38,13 +38,15 @@ def _replay(options: argparse.Namespace) -> int:
         if options.view:
             file = LogFile(options.file)
             file.check()
-            drive = view.follow(file.lines())
+            with of_this_version(options.file):
+                drive = view.follow(file.lines())
             ending = file.ending()
             if not drive.events:
                 return refuse(f"{options.file} has no state of a board to draw. {ending}".strip())
             view.draw(drive, options.view)
             print(f"drawn in {options.view}")
-        result = replay(options.file)
+        with of_this_version(options.file):
+            result = replay(options.file)
     except OSError as error:
         return refuse(f"{error.filename or options.file}: {error.strerror}")
     except NoTrace as error:

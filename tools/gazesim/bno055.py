@@ -54,7 +54,7 @@ class Bno055:
         self._frozen = False
         self._nak = False
         self._spike: tuple[float, float] | None = None  # size deg, seconds to the next
-        self.tilt_deg = (0.0, 0.0)  # roll, pitch
+        self._tilt_deg = (0.0, 0.0)  # roll, pitch
         self._slot.add(layout.STYLE_REGISTERS)
         self._slot.set_read_only(0x00, 0x07)
         self._slot.set_read_only(_DATA, _UNIT_SEL)
@@ -129,7 +129,7 @@ class Bno055:
 
     def _sample(self, acceleration_m_s2: float) -> None:
         gauss = self._random.gauss
-        roll_deg, pitch_deg = self.tilt_deg
+        roll_deg, pitch_deg = self._tilt_deg
         heading_deg = self._imu.heading_deg
         if self._spike is not None and self._spike[1] <= 0.0:
             heading_deg += self._spike[0]
@@ -193,6 +193,10 @@ class Bno055:
         """Fault: answers no transfer."""
         self._nak = nak
         self._slot.set_nak(nak or self._down_s > 0.0)
+
+    def set_tilt(self, roll_deg: float, pitch_deg: float) -> None:
+        """The chair stands on a slope."""
+        self._tilt_deg = (roll_deg, pitch_deg)
 
     def set_frozen(self, frozen: bool) -> None:
         """Fault: it answers, but the values stand still."""

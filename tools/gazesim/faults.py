@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-from gazesim.rooms import box
-
-if TYPE_CHECKING:
-    from gazesim.world import World
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -96,23 +90,6 @@ class Faults:
         return self._known[name]
 
 
-def _obstacle(world: World, ahead_m: float, left_m: float, size_m: float) -> None:
-    x, y, heading_deg = world.pose
-    c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
-    ahead_m += size_m / 2
-    place = (x + c * ahead_m - s * left_m, y + s * ahead_m + c * left_m)
-    world.room.put("obstacle", box(*place, size_m, size_m, 0.0, 1.0, "pot", heading_deg))
-
-
-def _tilt(world: World, roll_deg: float, pitch_deg: float) -> None:
-    world.imu.tilt_deg = (roll_deg, pitch_deg)
-
-
-def _open_doors(world: World) -> None:
-    for door in world.room.doors:
-        world.room.set_door(door.name, True)
-
-
 WORLD_FAULTS = (
     Fault(
         "imu_freeze",
@@ -167,8 +144,8 @@ WORLD_FAULTS = (
     Fault(
         "tilt",
         "the chair stands on a slope",
-        _tilt,
-        lambda w: _tilt(w, 0.0, 0.0),
+        lambda w, roll_deg, pitch_deg: w.imu.set_tilt(roll_deg, pitch_deg),
+        lambda w: w.imu.set_tilt(0.0, 0.0),
         (Argument("roll_deg", 0.0, -90.0, 90.0), Argument("pitch_deg", 20.0, -90.0, 90.0)),
     ),
     Fault(
@@ -223,7 +200,7 @@ WORLD_FAULTS = (
     Fault(
         "obstacle",
         "a box stands before the chair, distances from its axle",
-        _obstacle,
+        lambda w, **place: w.put_obstacle(**place),
         lambda w: w.room.put("obstacle", None),
         (
             Argument("ahead_m", 1.5, -20.0, 20.0),
@@ -235,7 +212,7 @@ WORLD_FAULTS = (
         "door_closed",
         "a door of the room is closed",
         lambda w, door: w.room.set_door(door, False),
-        _open_doors,
+        lambda w: w.room.open_doors(),
         (Argument("door", "hallway"),),
     ),
 )

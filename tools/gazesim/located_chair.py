@@ -26,10 +26,12 @@ from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.worker import Worker
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
-from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
+from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.service import OdometryService
 from gazesim.producer_chair import LIDARS, MAP, ProducerChair, Targets, waiting
 from gazesim.rooms import Room

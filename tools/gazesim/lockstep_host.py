@@ -12,7 +12,7 @@ from unittest import mock
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import BoardZone
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.control import Control
 from gazechair.driving.driver_port import DriverPort
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of

@@ -17,7 +17,7 @@ from gazeboard.io.settings import FILE, Settings
 from gazechair.base.footprint import Footprint
 from gazechair.base.health import Health
 from gazechair.board.state import BoardState
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.picture.newest import Shot
 from gazechair.producers.contract import Setup
 from gazechair.producers.kinds import build
@@ -32,7 +32,7 @@ from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.half_turns import HalfTurns
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.inbox_service import InboxService
-from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.motion import Motion
 from gazelink.settings_table import PROFILES, TABLE
 from gazesim.lockstep_chair import Lockstep
 from gazesim.lockstep_host import MASKS

@@ -141,6 +141,12 @@ class Room:
         names = ", ".join(door.name for door in self.doors) or "none"
         raise ValueError(f"room {self.name} has no door {name!r}; doors: {names}")
 
+    def open_doors(self) -> None:
+        """Open every door."""
+        for door in self.doors:
+            door.open = True
+        self.changed()
+
     def changed(self) -> None:
         """Something in it has moved."""
         self._cached = {}

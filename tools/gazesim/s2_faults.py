@@ -3,74 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from gazesim.faults import Argument, Fault
+from gazesim.s2 import S2
 from gazesim.s2_beams import Beams
 
-if TYPE_CHECKING:
-    from gazesim.world import World
 
-
-def _lidar(name: str) -> tuple[Callable[..., None], Callable[[World], None]]:
+def _lidar(name: str) -> tuple[Callable[..., None], Callable[[S2], None]]:
     """A yes-or-no fault that is an attribute of the lidar."""
 
-    def set_it(world: World) -> None:
-        setattr(world.lidar, name, True)
+    def set_it(lidar: S2) -> None:
+        setattr(lidar, name, True)
 
-    def end_it(world: World) -> None:
-        setattr(world.lidar, name, False)
+    def end_it(lidar: S2) -> None:
+        setattr(lidar, name, False)
 
     return set_it, end_it
 
 
-def _lidar_share(name: str) -> tuple[Callable[..., None], Callable[[World], None]]:
+def _lidar_share(name: str) -> tuple[Callable[..., None], Callable[[S2], None]]:
     """A fault that hits a share of the lidar's bytes."""
 
-    def set_it(world: World, share: float) -> None:
-        setattr(world.lidar, name, share)
+    def set_it(lidar: S2, share: float) -> None:
+        setattr(lidar, name, share)
 
-    def end_it(world: World) -> None:
-        setattr(world.lidar, name, 0.0)
+    def end_it(lidar: S2) -> None:
+        setattr(lidar, name, 0.0)
 
     return set_it, end_it
 
 
-def _lidar_beams(name: str) -> tuple[Callable[..., None], Callable[[World], None]]:
+def _lidar_beams(name: str) -> tuple[Callable[..., None], Callable[[S2], None]]:
     """A fault of the lidar's beams whose one argument is the value of attribute `name`."""
 
-    def set_it(world: World, **arguments: float) -> None:
+    def set_it(lidar: S2, **arguments: float) -> None:
         (value,) = arguments.values()
-        setattr(world.lidar.beams, name, value)
+        setattr(lidar.beams, name, value)
 
-    def end_it(world: World) -> None:
-        setattr(world.lidar.beams, name, getattr(Beams, name))
+    def end_it(lidar: S2) -> None:
+        setattr(lidar.beams, name, getattr(Beams, name))
 
     return set_it, end_it
 
 
-def _cover(world: World, from_deg: float, to_deg: float) -> None:
-    world.lidar.beams.covered_deg = (from_deg, to_deg)
+def _cover(lidar: S2, from_deg: float, to_deg: float) -> None:
+    lidar.beams.covered_deg = (from_deg, to_deg)
 
 
-def _uncover(world: World) -> None:
-    world.lidar.beams.covered_deg = None
+def _uncover(lidar: S2) -> None:
+    lidar.beams.covered_deg = None
 
 
-def _freeze_lidar(world: World, frozen: bool) -> None:
-    world.lidar.beams.frozen = frozen
+def _freeze_lidar(lidar: S2, frozen: bool) -> None:
+    lidar.beams.frozen = frozen
 
 
 LIDAR_FAULTS = (
     Fault("lidar_stall", "lidar falls silent", *_lidar("stalled")),
     Fault("lidar_protection_stop", "lidar in protection stop", *_lidar("protection_stop")),
     Fault("lidar_mirror_blocked", "lidar's mirror stands still", *_lidar("mirror_blocked")),
-    Fault("lidar_power_dip", "lidar's supply sags: it is idle", lambda w: w.lidar.power_dip()),
+    Fault("lidar_power_dip", "lidar's supply sags: it is idle", S2.power_dip),
     Fault(
         "lidar_frozen",
         "lidar repeats its last turn for ever",
-        lambda w: _freeze_lidar(w, True),
-        lambda w: _freeze_lidar(w, False),
+        lambda one: _freeze_lidar(one, True),
+        lambda one: _freeze_lidar(one, False),
     ),
     Fault(
         "lidar_covered",

@@ -21,7 +21,7 @@ from gazesim.faults import WORLD_FAULTS, Faults
 from gazesim.plans import room as make_room
 from gazesim.pot import Pot
 from gazesim.relay import Relay
-from gazesim.rooms import Room
+from gazesim.rooms import Room, box
 from gazesim.s2 import S2
 from gazesim.s2_faults import LIDAR_FAULTS
 
@@ -68,7 +68,8 @@ class World:
         self.lidar = self.lidars[0]
         self.scans = [b""] * len(self.lidars)
         """What each lidar sent in the last step."""
-        self.faults = Faults(self, WORLD_FAULTS + LIDAR_FAULTS)
+        self.faults = Faults(self, WORLD_FAULTS)
+        self.faults.add(self.lidar, LIDAR_FAULTS)
         self.time_s = 0.0
         self.wipers = self.pot.poll()
         self.collisions = 0
@@ -127,6 +128,14 @@ class World:
         self.chair.place(x_m, y_m, heading_deg)
         self._good_pose = self.pose
         self._touching = False
+
+    def put_obstacle(self, ahead_m: float, left_m: float, size_m: float) -> None:
+        """A box stands from `ahead_m` before the axle on, `left_m` to its left, `size_m` wide."""
+        x, y, heading_deg = self.pose
+        c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
+        ahead_m += size_m / 2
+        place = (x + c * ahead_m - s * left_m, y + s * ahead_m + c * left_m)
+        self.room.put("obstacle", box(*place, size_m, size_m, 0.0, 1.0, "pot", heading_deg))
 
     def _collide(self, dt_s: float) -> None:
         chair = self.chair

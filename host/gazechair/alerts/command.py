@@ -17,7 +17,7 @@ from gazechair.base.languages import sentence
 from gazechair.base.state_folder import state_folder
 from gazechair.base.told import ToldError
 from gazechair.config import configuration
-from gazechair.config.configuration import RouteConfig
+from gazechair.config.settings import RouteConfig
 
 
 def add(commands: Any) -> None:

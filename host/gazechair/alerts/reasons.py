@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gazechair.base import reasons
-from gazechair.config.configuration import ALERT_KINDS
+from gazechair.config.settings import ALERT_KINDS
 from gazelink import codes
 
 HELP, STUCK, FAILURE, SYSTEM, TEST = KINDS = (*ALERT_KINDS, "test")

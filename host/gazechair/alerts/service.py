@@ -24,7 +24,7 @@ from gazechair.base.battery import charge_percent
 from gazechair.base.health import HealthRegistry
 from gazechair.base.languages import sentence
 from gazechair.base.throttled_log import ThrottledLog
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 
 log = logging.getLogger(__name__)
 throttled = ThrottledLog(log)

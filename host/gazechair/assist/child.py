@@ -14,12 +14,12 @@ from gazechair.assist.assist import Assist
 from gazechair.assist.message import Message, unpack
 from gazechair.base.newest_line import NewestLine
 from gazechair.base.supervisor import RecordWriter, child_main
-from gazechair.config.configuration import FootprintConfig
+from gazechair.config.settings import FootprintConfig
 from gazechair.sensing.clearance.evaluate import footprint_of
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.motion import Motion
 
 _EVERY_S = 0.05
 _PULSE_S = 0.25  # while nothing is held

@@ -14,7 +14,7 @@ from gazechair.base.health import Health
 from gazechair.base.supervisor import Status
 from gazechair.board.board_commands import Clearance, Command
 from gazechair.board.zone import BoardZone
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.odometry.inbox_service import InboxService
 from gazelink import codes
 

@@ -7,6 +7,8 @@ import logging
 import os
 from pathlib import Path
 
+FILE_DAMAGED = "file_damaged"
+"""The health's reason for a file that could not be read, until it is written again."""
 _MOST_ASIDE = 10
 
 log = logging.getLogger(__name__)

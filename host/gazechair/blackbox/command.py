@@ -104,12 +104,13 @@ def _tell_ending(file: LogFile) -> None:
 
 def _show(options: argparse.Namespace) -> None:
     from gazechair.blackbox.export import story
-    from gazechair.blackbox.reader import LogFile
+    from gazechair.blackbox.reader import LogFile, of_this_version
 
     file = LogFile(chosen(folder_of(options), options.file))
     file.check()
-    for line in story(file.lines()):
-        print(line)
+    with of_this_version(file.path):
+        for line in story(file.lines()):
+            print(line)
     _tell_ending(file)
 
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import struct
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from mcap.exceptions import McapError
-from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import StreamReader, breakup_chunk, get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
 from mcap_ros2.decoder import DecoderFactory
 from zstandard import ZstdError
@@ -38,10 +39,27 @@ class Line:
 
     @property
     def message(self) -> Any:
-        """Its fields, as attributes."""
-        decoder = self.decoders.decoder_for("cdr", self.schema)
-        assert decoder is not None
-        return decoder(self.data)
+        """Its fields, as attributes. Raises ToldError."""
+        try:
+            decoder = self.decoders.decoder_for("cdr", self.schema)
+            assert decoder is not None
+            return decoder(self.data)
+        except _DAMAGED as error:
+            raise ToldError(
+                f"a message of {self.topic} cannot be read, as another program wrote it ({error})"
+            ) from None
+
+
+@contextlib.contextmanager
+def of_this_version(path: Path) -> Iterator[None]:
+    """Raise ToldError for a message without a field that is read here."""
+    try:
+        yield
+    except AttributeError as error:
+        if not isinstance(error.obj, SimpleNamespace):
+            raise
+        lacks = f"{type(error.obj).__name__} has no {error.name}"
+        raise ToldError(f"{path} is of another version: its {lacks}") from None
 
 
 class LogFile:
@@ -60,7 +78,7 @@ class LogFile:
         channels: dict[int, Channel] = {}
         decoders = DecoderFactory()
         self._latest_ns = 0
-        for record in self._records():
+        for record in self._records(breakup_chunk):
             if isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel):
@@ -76,18 +94,19 @@ class LogFile:
                 )
 
     def length_s(self) -> float:
-        """Seconds from the first to the last message; of a finished file it reads only the end."""
-        with self.path.open("rb") as file:
-            try:
-                summary = make_reader(file).get_summary()
-            except (*_DAMAGED, OSError):  # OSError: too short for an end; lines() reads it anyway
-                summary = None
-            if summary is not None and summary.statistics is not None:
-                self.whole = True
-                found = summary.statistics
-                return float(found.message_end_time - found.message_start_time) / 1e9
-        times_ns = [line.at_ns for line in self.lines()]
-        return (max(times_ns) - min(times_ns)) / 1e9 if times_ns else 0.0
+        """Seconds from the first to the last message; checks each chunk, parses none. OSError."""
+        first_ns, self._latest_ns = 0, 0
+        for record in self._records(_checked):
+            if isinstance(record, Chunk):
+                begin_ns, end_ns = record.message_start_time, record.message_end_time
+            elif isinstance(record, Message):
+                begin_ns = end_ns = record.log_time
+            else:
+                continue
+            if end_ns:  # 0: a chunk without messages
+                first_ns = min(first_ns or begin_ns, begin_ns)
+                self._latest_ns = max(self._latest_ns, end_ns)
+        return (self._latest_ns - first_ns) / 1e9
 
     def ending(self) -> str:
         """After reading: up to where a file is readable that does not end as a finished one does,
@@ -108,17 +127,23 @@ class LogFile:
             if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                 raise ToldError(f"{self.path} is no log, or nothing has been written to it yet")
 
-    def _records(self) -> Iterator[McapRecord]:
+    def _records(self, inside: Callable[..., list[McapRecord]]) -> Iterator[McapRecord]:
         self.whole, self._read = False, 0
         with self.path.open("rb") as file:
             stream = StreamReader(file, emit_chunks=True, record_size_limit=_LONGEST)
             try:
                 for record in stream.records:
                     if isinstance(record, Chunk):
-                        yield from breakup_chunk(record, validate_crc=True)
+                        yield from inside(record, validate_crc=True)
                     else:
                         yield record
                     self._read = file.tell()
                 self.whole = True
             except _DAMAGED:
                 return
+
+
+def _checked(chunk: Chunk, validate_crc: bool) -> list[McapRecord]:
+    """The chunk itself, once its content is known to be undamaged."""
+    get_chunk_data_stream(chunk, validate_crc)
+    return [chunk]

@@ -19,11 +19,11 @@ from gazechair.base.latest_value import Entry
 from gazechair.base.reasons import PARTS
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.blackbox.ring import Ring
-from gazechair.config.configuration import LidarConfig, LogConfig
+from gazechair.config.settings import LidarConfig, LogConfig
 from gazechair.picture.camera import Frame
 from gazechair.picture.reducer import LEVELS, Reducer
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 LOST = "log_lost"
 MISSING = "log_missing"

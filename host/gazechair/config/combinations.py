@@ -5,13 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from gazechair.base.footprint import why_not
 from gazechair.config.rules import is_host
-
-if TYPE_CHECKING:
-    from gazechair.config.configuration import Config, LidarConfig
+from gazechair.config.settings import Config, LidarConfig
 
 
 @dataclass(frozen=True)

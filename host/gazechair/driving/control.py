@@ -14,7 +14,7 @@ from gazechair.base.health import HealthRegistry, HealthState
 from gazechair.base.latest_value import Clock
 from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
 from gazechair.board.state import BoardLimits, BoardState
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving import error_handler
 from gazechair.driving.arbiter import LOOK_S, Arbiter
 from gazechair.driving.driver_port import Message

@@ -3,13 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from gazechair.base.health import HealthState
-from gazechair.base.reasons import DEGRADED, NOTE, PARTS, REASONS, Part
+from gazechair.base.reasons import (
+    CARETAKER,
+    DEGRADED,
+    DRIVES,
+    LOST,
+    NOTE,
+    PARTS,
+    REASONS,
+    STANDS,
+    Part,
+    Reason,
+)
+from gazechair.base.state_folder import FILE_DAMAGED
 from gazechair.board.state import BoardState
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP
+from gazechair.people.pairing.store import DAMAGED
+from gazechair.people.pairing.store import PART as DEVICES
+from gazechair.people.profiles import PROFILES
 from gazelink import codes
 
 LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
@@ -18,8 +33,14 @@ FIRST_DRIVE = "first_drive"
 """Part of the host's health: the file with the results of the first drive."""
 
 # Files of what caretakers do: no sources that can fall silent, as PARTS are.
-_FILE = Part(math.inf, {DEGRADED: codes.WARNING}, caretaker_only=True)
-_SHOWN = {**PARTS, SPEED_CAP: _FILE, FIRST_DRIVE: _FILE}
+_FILE = Part(math.inf, {DEGRADED: codes.WARNING, LOST: codes.WARNING}, caretaker_only=True)
+_SHOWN = {**PARTS, **dict.fromkeys((SPEED_CAP, FIRST_DRIVE, PROFILES, DEVICES), _FILE)}
+
+FILE_REASONS: Mapping[str, Reason] = {
+    FILE_DAMAGED: Reason(codes.WARNING, CARETAKER, DRIVES),
+    DAMAGED: Reason(codes.WARNING, CARETAKER, STANDS),
+}
+"""Rows like those of REASONS, of these files."""
 
 # {(part, health state): severity}
 _PARTS = {

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from pathlib import Path
 
 from gazechair.base import health as states
 from gazechair.base.health import Health
-from gazechair.base.state_folder import replace_file
+from gazechair.base.state_folder import FILE_DAMAGED, replace_file
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 
 FILE_NAME = "speed_cap"
@@ -17,8 +16,6 @@ NOT_STORED = "setting_not_stored"
 _NONE = 1000
 _WRITE_AGAIN_S = 10.0
 _LAST_WRITE_S = 2.0
-
-log = logging.getLogger(__name__)
 
 
 class SpeedCapStore:
@@ -49,7 +46,7 @@ class SpeedCapStore:
     def read(self) -> int:
         """The cap in permille; 1000 (none) before the first.
 
-        A file that cannot be parsed counts as the lowest cap, and is logged.
+        A file that cannot be parsed counts as the lowest cap; health is degraded until one is set.
         """
         if self._path is None:
             return _NONE
@@ -58,7 +55,8 @@ class SpeedCapStore:
         except FileNotFoundError:
             return _NONE
         except (OSError, ValueError) as error:
-            log.error("%s: %s; the lowest speed cap is in force", self._path, error)
+            detail = f"{self._path}: {error}; the lowest speed cap is in force"
+            self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
             return LOWEST_CAP_PERMILLE
         return max(LOWEST_CAP_PERMILLE, min(permille, _NONE))
 

@@ -9,7 +9,7 @@ from gazechair.base import health as states
 from gazechair.base.health import HealthState
 from gazechair.board.board_commands import Clearance
 from gazechair.board.state import BoardId, BoardState, BoardStats
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.record import Record, fitted_as
 from gazelink import VERSION, codes

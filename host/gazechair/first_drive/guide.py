@@ -21,7 +21,7 @@ from gazechair.base.told import ToldError
 from gazechair.board.board_commands import Clearance
 from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
 from gazechair.board.link import BoardLink
-from gazechair.config.configuration import Config, LidarConfig
+from gazechair.config.settings import Config, LidarConfig
 from gazechair.driving.storing import Storing
 from gazechair.first_drive.facts import MOVES, NEUTRALS, STEPS, Facts
 from gazechair.first_drive.floor_marks import FloorMarks, marks_of

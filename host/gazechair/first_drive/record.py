@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import logging
 import sys
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -17,9 +16,9 @@ from typing import Any
 from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import replace_file, set_aside
-from gazechair.config.configuration import LidarConfig
+from gazechair.base.state_folder import FILE_DAMAGED, replace_file, set_aside
 from gazechair.config.rules import Arc, arcs
+from gazechair.config.settings import LidarConfig
 from gazechair.driving.error_handler import FIRST_DRIVE
 from gazechair.driving.speed_cap_store import NOT_STORED
 from gazechair.sensing.lidar.mask import MOST_DEG
@@ -28,14 +27,12 @@ FILE_NAME = "first_drive.json"
 
 _ARCS = arcs(MOST_DEG)  # as the configuration's
 
-log = logging.getLogger(__name__)
-
 
 class Record:
-    """{step: result}. A file that cannot be read counts as empty, and is logged."""
+    """{step: result}. A file that cannot be read counts as empty."""
 
     def __init__(self, folder: Path | None, health: Health | None = None) -> None:
-        """`folder` None: kept in memory only; `health`: degraded while results are not stored."""
+        """`folder` None: kept in memory only; `health`: degraded while the file cannot be used."""
         self._health = health or Health(FIRST_DRIVE)
         self._health.set(states.OK)
         self._path = None if folder is None else folder / FILE_NAME
@@ -45,7 +42,8 @@ class Record:
                 found = dict(json_text.parse(self._path.read_text(encoding="utf-8")))
                 self._found = {step: found[step] for step in found if _sound(step, found[step])}
             except (OSError, ValueError, TypeError) as error:
-                log.error("%s: %s; the first drive begins anew", self._path, error)
+                detail = f"{self._path}: {error}; the first drive begins anew"
+                self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
                 with contextlib.suppress(OSError):
                     set_aside(self._path)
 

@@ -15,7 +15,7 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import from_frame, to_frame
 from gazechair.following.legs import Scan
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.points import Piece
 
 _SAME_S = 1e-4

@@ -203,57 +203,52 @@ class Lattice:
     def costs_to(self, goals: Ints, prices: Ints, starts: Ints) -> NDArray[np.int32]:
         """Cost from each pose to the cheapest of `goals`; ends soon after a start is settled."""
         costs = np.full(HEADINGS * self._layer, UNREACHED, dtype=np.int32)
-        settled = np.zeros(len(costs), dtype=np.bool_)
-        buckets: dict[int, list[Ints]] = {}
         np.minimum.at(costs, goals, prices.astype(np.int32))
-        for bucket in np.unique(costs[goals] // _LEAST_COST):
-            buckets[int(bucket)] = [goals[costs[goals] // _LEAST_COST == bucket]]
+        first = np.empty(len(costs), dtype=np.int64)
+        waiting = goals
         spare = 40
-        while buckets:
-            bucket = min(buckets)
-            poses = np.unique(np.concatenate(buckets.pop(bucket)))
-            poses = poses[~settled[poses] & (costs[poses] // _LEAST_COST == bucket)]
-            if not len(poses):
-                continue
-            settled[poses] = True
-            for before, price in self._before(poses):
-                cost = costs[poses[price >= 0]] + price[price >= 0]
-                before = before[price >= 0]
-                better = cost < costs[before]
-                before, cost = before[better], cost[better]
-                if not len(before):
-                    continue
-                np.minimum.at(costs, before, cost.astype(np.int32))
-                into = costs[before] // _LEAST_COST
-                for one in np.unique(into):
-                    buckets.setdefault(int(one), []).append(before[into == one])
-            if len(starts) and settled[starts].any():
+        while len(waiting):
+            # No move is cheaper than the least: none leads from these to one of them.
+            found = costs[waiting]
+            settled = (int(found.min()) // _LEAST_COST + 1) * _LEAST_COST
+            due = found < settled
+            poses, waiting = waiting[due], waiting[~due]
+            count = np.arange(len(poses))
+            first[poses] = count
+            poses = poses[first[poses] == count]
+            before, price = self._before(poses)
+            cost = np.tile(costs[poses], len(price) // len(poses)) + price
+            better = (price >= 0) & (cost < costs[before])
+            before = before[better]
+            np.minimum.at(costs, before, cost[better].astype(np.int32))
+            waiting = np.concatenate((waiting, before))
+            if len(starts) and (costs[starts] < settled).any():
                 spare -= 1
                 if spare < 0:
                     break
         return costs
 
-    def _before(self, poses: Ints) -> list[tuple[Ints, Ints]]:
-        """For each move: the pose before each of `poses`, and its price; -1: not possible."""
+    def _before(self, poses: Ints) -> tuple[Ints, Ints]:
+        """The poses before `poses`, move by move, and the price of each; -1: not possible."""
         layer, heading = self._layer, poses // self._layer
         place = poses % layer
-        found = []
+        found, prices = [], []
         for side, turns in ((1, self._left), (-1, self._right)):
             # Turned left from heading - 1, or right from heading + 1.
             other = (heading - side) % HEADINGS
             before = other * layer + place
             # `_left` is stored at the heading it starts from, `_right` at the one it ends in.
-            possible = turns[before] if side > 0 else turns[poses]
-            tight = self._tight[before if side > 0 else poses]
-            price = np.where(possible, _TURN_COST + _NARROW_TURN_COST * tight, -1)
-            found.append((before, price))
+            at = before if side > 0 else poses
+            found.append(before)
+            prices.append(np.where(turns[at], _TURN_COST + _NARROW_TURN_COST * self._tight[at], -1))
         step = _STEPS[heading] @ np.array((self._shape[1], 1))
         before = poses - step
         before = np.where((before >= heading * layer) & (before < (heading + 1) * layer), before, 0)
         straight = _STRAIGHT[heading]
         price = straight + (straight * self._dearer[before] >> 8)
-        found.append((before, np.where(self._stands[before] & self._free[poses], price, -1)))
-        return found
+        found.append(before)
+        prices.append(np.where(self._stands[before] & self._free[poses], price, -1))
+        return np.concatenate(found), np.concatenate(prices)
 
     def route(self, costs: NDArray[np.int32], start: int) -> list[int]:
         """Poses from `start` down to the goal."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.producers.track import DOUBTED
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 OLD_S = 0.25
 """An older estimate is not valid for now."""

@@ -12,7 +12,7 @@ from typing import Any
 
 from gazechair.base.health import Health
 from gazechair.base.throttled_log import ThrottledLog
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.producers.board_settings import BoardSettings, Link
 from gazechair.producers.service import Port, ProducerService
 from gazechair.producers.spot_service import At, SpotService

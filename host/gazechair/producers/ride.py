@@ -21,7 +21,8 @@ from gazechair.going.rolled import Located
 from gazechair.going.stuck import apart
 from gazechair.producers.contract import Said, Sensed
 from gazechair.sensing.mapping.locating.looks import Looks
-from gazechair.sensing.odometry.odometry import Estimate, Motion
+from gazechair.sensing.odometry.estimate import Estimate
+from gazechair.sensing.odometry.motion import Motion
 
 POSE_LOST = "going_pose_lost"
 _BLOCKED_S = 30.0

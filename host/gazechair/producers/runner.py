@@ -18,8 +18,9 @@ from gazechair.producers.contract import Ask, Press, Producer, Said, Sensed, Spo
 from gazechair.producers.exchange import WORD_OLD_S, pack
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Estimate, Motion
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.points import Piece
 
 PULSE_S = 0.25

@@ -15,7 +15,7 @@ from gazechair.base.health import Health
 from gazechair.base.latest_value import Clock
 from gazechair.base.reasons import PLUGIN
 from gazechair.base.supervisor import Status, Supervised
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.plugins import producer
@@ -25,8 +25,8 @@ from gazechair.producers import exchange
 from gazechair.producers.places import Target
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts, pack
 from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox_service import InboxService
-from gazechair.sensing.odometry.odometry import Estimate
 from gazelink import codes
 
 # Why a motion ended, apart from the reasons of its producer and the board.

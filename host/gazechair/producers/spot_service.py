@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.driving.mode_context import ModeContext
 from gazechair.producers import exchange
 from gazechair.producers.places import Target

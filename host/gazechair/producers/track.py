@@ -12,7 +12,7 @@ from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between, compose
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry import doubts
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 POSE_OLD_S = 0.35
 """An older map pose counts as lost: the motion must end within 0.5 s."""
@@ -43,7 +43,9 @@ class MapTrack:
             self._place(where)
 
     def _place(self, where: Whereabouts) -> None:
-        near = min(self._estimates, key=lambda one: abs(one.time_s - where.time_s), default=None)
+        # The last of those with the same time, as of two lidars in step.
+        newest_first = reversed(self._estimates)
+        near = min(newest_first, key=lambda one: abs(one.time_s - where.time_s), default=None)
         if near is None or abs(near.time_s - where.time_s) > _SAME_S:
             return
         in_map = np.array((where.x_m, where.y_m, math.radians(where.heading_deg)))

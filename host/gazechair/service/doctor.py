@@ -22,7 +22,8 @@ from gazechair.base.sole_daemon import AlreadyRunning, no_daemon
 from gazechair.base.state_folder import state_folder
 from gazechair.board import ports
 from gazechair.config import configuration
-from gazechair.config.configuration import Config, ConfigError
+from gazechair.config.configuration import ConfigError
+from gazechair.config.settings import Config
 from gazechair.plugins.describe import examine as examine_plugin
 from gazechair.service import doctor_devices
 

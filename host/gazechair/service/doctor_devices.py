@@ -11,7 +11,7 @@ from gazechair.base.health import HealthRegistry, HealthState
 from gazechair.base.languages import message
 from gazechair.board import ports
 from gazechair.board.link import BoardLink
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.picture.camera import CameraService
 from gazechair.sensing.lidar import LidarService
 from gazelink import codes

@@ -12,8 +12,8 @@ import numpy as np
 
 from gazechair.base import health as states
 from gazechair.base.told import ToldError
-from gazechair.config.configuration import Config, FootprintConfig, LidarConfig
 from gazechair.config.rules import to_toml
+from gazechair.config.settings import Config, FootprintConfig, LidarConfig
 from gazechair.sensing.lidar.device import S2, LidarError, find_port
 from gazechair.sensing.lidar.mask import Learned, MaskError, learn
 from gazechair.sensing.lidar.reader import Intake, Reader

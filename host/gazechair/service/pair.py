@@ -30,10 +30,15 @@ def make_code(folder: Path, role: str, say: Callable[[str], None]) -> None:
 def show_devices(folder: Path, say: Callable[[str], None]) -> None:
     """Show the paired devices, even if no daemon runs. Raises PairError, RequestRefused."""
     try:
-        devices = [Device(**row) for row in ask(folder, {"ask": "list"})["devices"]]
+        answer = ask(folder, {"ask": "list"})
+        devices = [Device(**row) for row in answer["devices"]]
+        problem = answer["problem"]
     except NotRunning:
-        devices = _desk(folder).devices()
+        desk = _desk(folder)
+        devices, problem = desk.devices(), desk.problem
     say(devices_as_text(devices))
+    if problem:
+        say(problem)
 
 
 def revoke(folder: Path, id: str, say: Callable[[str], None]) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
 from gazechair.base.state_folder import state_folder
 from gazechair.board.caretaker_settings import CaretakerSettings
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import PairingDesk, StoreError
 from gazechair.people.pairing.local import LocalDoor
@@ -30,8 +31,9 @@ class Access:
         alerts: AlertBook,
         steps: Steps,
         maps: Maps,
+        devices: Health | None = None,
     ) -> None:
-        """Arguments: see WebServer."""
+        """Arguments: see WebServer; `devices`: the health of the list of paired devices."""
         self._config = config
         self._driver_port = port
         self._video = video
@@ -39,6 +41,7 @@ class Access:
         self._alerts = alerts
         self._steps = steps
         self._maps = maps
+        self._devices = devices
         self._desk: PairingDesk | None = None
         self._web: WebServer | None = None
         self._side: LocalDoor | None = None
@@ -55,7 +58,7 @@ class Access:
         """Open. Raises WebError: state folder, certificate, address or files."""
         folder = state_folder(self._config.web.state_folder)
         try:
-            self._desk = PairingDesk(folder)
+            self._desk = PairingDesk(folder, health=self._devices)
             self._web = WebServer(
                 self._config,
                 self._driver_port,

@@ -8,7 +8,7 @@ import ipaddress
 import socket
 import struct
 
-from gazechair.config.configuration import WebConfig, is_loopback
+from gazechair.config.settings import WebConfig, is_loopback
 
 _SIOCGIFADDR = 0x8915  # Linux: the IPv4 address of a network interface
 _EVERYWHERE = ("0.0.0.0", "::")

@@ -17,7 +17,7 @@ from gazechair.base.latest_value import Latest
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.base.told import ToldError
 from gazechair.board.caretaker_settings import CaretakerSettings
-from gazechair.config.configuration import Config, is_loopback, uses_tls
+from gazechair.config.settings import Config, is_loopback, uses_tls
 from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import Device, PairingDesk
 from gazechair.picture.camera import Frame

@@ -32,8 +32,8 @@ from gazechair.alerts.mqtt import Broker
 from gazechair.alerts.reasons import HELP, HELP_WANTED, REASONS
 from gazechair.alerts.service import Alerts
 from gazechair.base.health import HealthRegistry
-from gazechair.config.configuration import Config, RouteConfig
 from gazechair.config.rules import Secret
+from gazechair.config.settings import Config, RouteConfig
 from gazechair.driving.control import Control
 from patience import PATIENCE_S, wait_until
 

@@ -19,8 +19,8 @@ from gazechair.alerts.service import LOOK_S, Alerts
 from gazechair.alerts.watch import Situation
 from gazechair.alerts.words import Words
 from gazechair.base.health import LOST, OK, STARTING, HealthRegistry
-from gazechair.config.configuration import AlertsConfig, Config, RouteConfig
 from gazechair.config.rules import Secret
+from gazechair.config.settings import AlertsConfig, Config, RouteConfig
 from gazechair.driving.control import Control
 from gazechair.driving.help_call import COMING_S
 from gazelink import codes

@@ -17,10 +17,10 @@ from gazechair.assist.service import AssistService
 from gazechair.base.health import Health
 from gazechair.board.board_commands import STOP_COMMAND, Clearance, Command
 from gazechair.board.zone import BoardZone
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.motion import Motion
 from gazelink import codes
 from gazesim.core_rig import Core
 from patience import wait_until

@@ -11,6 +11,7 @@ import gazechair
 from gazechair.base.health import Health
 from gazechair.base.languages import languages, message
 from gazechair.base.reasons import NOTE, PARTS, PLUGIN, REASONS, THEN, WHO
+from gazechair.driving.error_handler import FILE_REASONS
 from gazelink import codes
 
 HOST = Path(gazechair.__file__).parent
@@ -21,6 +22,9 @@ SET = re.compile(r'(?:h|states|health)\.(?:LOST|DEGRADED|STARTING),\s*"(\w+)"')
 PROBLEM = re.compile(r'Problem\("(\w+)"')
 CONSTANT = re.compile(rf'^[A-Z_]+ = "((?:{"|".join(PARTS)})_\w+)"', re.M)
 HOW = re.compile(r'_lost\("(\w+)"')
+
+
+ALL = {**REASONS, **FILE_REASONS}
 
 
 def reported() -> set[str]:
@@ -42,20 +46,18 @@ def test_every_reason_that_is_reported_has_a_row_and_no_row_is_unused() -> None:
 
 @pytest.mark.parametrize("language", languages())
 def test_every_row_has_texts(language: str) -> None:
-    for key in REASONS:
+    for key in {*REASONS, *FILE_REASONS}:
         text, _ = message(language, key)
         assert text, key
 
 
 def test_who_must_do_something_is_told_what() -> None:
-    silent = {
-        key for key, row in REASONS.items() if row.severity > NOTE and not message("en", key)[1]
-    }
+    silent = {key for key, row in ALL.items() if row.severity > NOTE and not message("en", key)[1]}
     assert silent == {"setting_unknown"}
 
 
 def test_rows_use_the_words_there_are() -> None:
-    for key, row in REASONS.items():
+    for key, row in ALL.items():
         assert row.severity in (NOTE, codes.WARNING, codes.ERROR), key
         assert row.who in WHO, key
         assert row.then in THEN, key

@@ -7,6 +7,7 @@ import io
 import json
 import re
 import shutil
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from mcap.writer import Writer
 
 from gazechair import cli
 from gazechair.blackbox import command
+from gazechair.blackbox.reader import LogFile
 
 
 @pytest.fixture
@@ -58,7 +60,7 @@ def test_it_says_up_to_where_a_file_is_readable_that_ends_early(
     if damaged:
         data = bytearray(whole.read_bytes())
         data[len(data) // 3] ^= 0xFF
-        cut.write_bytes(data[: -8 if words == ["list"] else None])
+        cut.write_bytes(data)
     assert cli.main(["log", *words, *config]) == 0
     said = capsys.readouterr()
     ((read, size),) = re.findall(TOLD, said.out if words == ["list"] else said.err)
@@ -135,6 +137,55 @@ def test_messages_of_other_programs_are_left_out(
     for words in (["list"], ["show", "9"], ["export", "9"]):
         assert cli.main(["log", *words, *config]) == 0
         assert ("000009" in capsys.readouterr().out) is (words == ["list"])
+
+
+def without_faults(definition: bytes, data: bytes) -> tuple[bytes, bytes]:
+    rows = definition.decode().split("\n")
+    return "\n".join(row for row in rows if not row.endswith(" faults")).encode(), data
+
+
+def cut_short(definition: bytes, data: bytes) -> tuple[bytes, bytes]:
+    return definition, data[:-5]
+
+
+@pytest.mark.parametrize(
+    ("words", "change", "says"),
+    [
+        (["log", "show", "{file}"], without_faults, "another version: its State has no faults"),
+        (["log", "show", "{file}"], cut_short, "message of /board/state cannot be read"),
+        (["log", "export", "{file}"], cut_short, "message of /board/state cannot be read"),
+        (["replay", "{file}", "--view", "{file}.svg"], cut_short, "of /board/state cannot be read"),
+        (
+            ["replay", "{file}", "--view", "{file}.svg"],
+            without_faults,
+            "another version: its State has no faults",
+        ),
+    ],
+)
+def test_a_log_of_another_version_or_program_is_said_in_one_line(
+    config: list[str],
+    recorded: Path,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    change: Callable[[bytes, bytes], tuple[bytes, bytes]],
+    says: str,
+) -> None:
+    file = Path(config[1]).parent / "other.mcap"
+    with file.open("wb") as out:
+        writer = Writer(out)
+        writer.start()
+        for line in LogFile(recorded).lines():
+            if line.topic == "/board/state":
+                text, data = change(line.schema.data, line.data)
+                schema = writer.register_schema(line.type_name, "ros2msg", text)
+                channel = writer.register_channel(line.topic, "cdr", schema)
+                writer.add_message(channel, line.at_ns, data, line.at_ns)
+        writer.finish()
+    words = [word.format(file=file) for word in words]
+    assert cli.main([*words, *(config if words[0] == "log" else [])]) == 2
+    said = capsys.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ import gazesetup
 from gazechair.blackbox import ros, topics
 from gazechair.blackbox.reader import LogFile
 from gazechair.sensing.lidar.scan import Pose
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazelink import codes, messages
 from gazereplay import board_trace, trace
 

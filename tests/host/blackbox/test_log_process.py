@@ -24,7 +24,7 @@ from gazechair.blackbox.reader import LogFile
 from gazechair.blackbox.recorder import BlackBox
 from gazechair.blackbox.ring import Ring
 from gazechair.blackbox.writer import files
-from gazechair.config.configuration import LogConfig
+from gazechair.config.settings import LogConfig
 from gazechair.picture.camera import Frame
 from gazelink import messages
 from patience import wait_until
@@ -172,7 +172,7 @@ from pathlib import Path
 from gazechair.base.health import HealthRegistry
 from gazechair.blackbox.recorder import BlackBox
 from gazechair.blackbox.ring import Ring
-from gazechair.config.configuration import LogConfig
+from gazechair.config.settings import LogConfig
 parts = HealthRegistry()
 box = BlackBox(LogConfig(), Path({str(tmp_path)!r}), parts)
 box.start()

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from gazechair.config import configuration
-from gazechair.config.configuration import Config, ConfigError
+from gazechair.config import configuration, settings
+from gazechair.config.configuration import ConfigError
+from gazechair.config.settings import Config
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -41,7 +42,7 @@ def test_annotated_default_file_is_the_default_whichever_of_its_lines_are_set() 
 
 def test_annotated_default_file_sets_nothing_that_an_older_version_would_refuse() -> None:
     tables = tomllib.loads(configuration.annotated_default())
-    assert set(tables) == set(configuration.SECTIONS)
+    assert set(tables) == set(settings.SECTIONS)
     assert not any(tables.values())
     assert configuration.parse("[newer]\n") == Config()
 
@@ -232,7 +233,7 @@ def test_binary_file_is_refused(tmp_path: Path) -> None:
     ],
 )
 def test_other_machines_come_in_encrypted_or_by_saying_so(lines: str, encrypted: bool) -> None:
-    assert configuration.uses_tls(configuration.parse(f"[web]\n{lines}\n").web) == encrypted
+    assert settings.uses_tls(configuration.parse(f"[web]\n{lines}\n").web) == encrypted
 
 
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "127.1.2.3", "::1"])

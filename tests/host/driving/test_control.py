@@ -10,7 +10,7 @@ from controlrig import Rig
 from gazechair.base import health as states
 from gazechair.board.board_commands import Clearance
 from gazechair.board.state import BoardId
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.control import Control
 from gazelink import codes
 from gazelink.settings_table import profile_row

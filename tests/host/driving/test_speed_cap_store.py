@@ -12,7 +12,7 @@ import pytest
 
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.base.state_folder import replace_file
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving import speed_cap_store
 from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import SpeedCapStore

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gazechair.base.health import HealthRegistry
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.driving import error_handler
 from gazechair.first_drive.record import FILE_NAME, Record, fitted_as
 

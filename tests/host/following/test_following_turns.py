@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gazechair.following.turns import Turn, Turns
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.points import Piece
 
 _WALL_M = 3.0

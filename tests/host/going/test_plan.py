@@ -148,9 +148,8 @@ def test_a_route_is_the_cheapest_by_the_prices_it_was_searched_with() -> None:
     route = lattice.route(costs, int(starts[0]))
     assert costs[route[-1]] == 0
     for at, after in itertools.pairwise(route):
-        moves = lattice._before(np.array([after]))
-        prices = [int(price[0]) for before, price in moves if before[0] == at and price[0] >= 0]
-        assert costs[at] == costs[after] + min(prices)
+        before, prices = lattice._before(np.array([after]))
+        assert costs[at] == costs[after] + prices[(before == at) & (prices >= 0)].min()
 
 
 def test_a_tighter_turn_is_taken_rather_than_a_long_way_round() -> None:

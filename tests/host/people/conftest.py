@@ -6,16 +6,17 @@ from pathlib import Path
 
 import pytest
 
+from gazechair.base.health import Health
 from gazechair.people.pairing import Paired, PairingDesk, Rejected
 
 
 class Desk(PairingDesk):
     """A pairing desk whose times the test sets."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, health: Health | None = None) -> None:
         self.now_s = 1000.0
         self.wall_s = 1.8e9
-        super().__init__(folder, lambda: self.now_s, lambda: self.wall_s)
+        super().__init__(folder, lambda: self.now_s, lambda: self.wall_s, health)
 
     def join(self, role: str = "driver", name: str = "tablet") -> Paired:
         """Pair a device as it should be done."""

@@ -46,7 +46,7 @@ def test_a_code_is_made_and_used(door: Any, folder: Path) -> None:
     devices = ask(folder, {"ask": "list"})["devices"]
     assert [(d["role"], d["name"]) for d in devices] == [("caretaker", "phone")]
     assert ask(folder, {"ask": "revoke", "id": devices[0]["id"]}) == {"revoked": True}
-    assert ask(folder, {"ask": "list"}) == {"devices": []}
+    assert ask(folder, {"ask": "list"}) == {"devices": [], "problem": ""}
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def test_nonsense_is_refused_and_the_door_stays_open(
             assert "error" in json.loads(client.recv(4096))
         except OSError:
             assert len(request_line) > 50_000  # cut off while it still talked
-    assert ask(folder, {"ask": "list"}) == {"devices": []}
+    assert ask(folder, {"ask": "list"}) == {"devices": [], "problem": ""}
 
 
 @pytest.mark.parametrize("answer", [b'{"error": "too many are paired"}', b"[]", b"7"])
@@ -135,7 +135,7 @@ def test_a_folder_in_the_sockets_place_is_set_aside(again: Any, folder: Path) ->
     (folder / SOCKET_NAME / "something").touch()
     door = LocalDoor(desk, folder, lambda: URL)
     door.start()
-    assert ask(folder, {"ask": "list"}) == {"devices": []}
+    assert ask(folder, {"ask": "list"}) == {"devices": [], "problem": ""}
     door.stop()
     assert [one.name for one in folder.glob("*.damaged/*")] == ["something"]
 
@@ -154,6 +154,6 @@ def test_a_socket_left_by_a_killed_daemon_is_replaced(again: Any, folder: Path) 
     os.close(handle)
     door = LocalDoor(desk, folder, lambda: URL)
     door.start()
-    assert ask(folder, {"ask": "list"}) == {"devices": []}
+    assert ask(folder, {"ask": "list"}) == {"devices": [], "problem": ""}
     door.stop()
     assert not (folder / SOCKET_NAME).exists()

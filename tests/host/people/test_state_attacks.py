@@ -11,8 +11,11 @@ from typing import Any
 
 import pytest
 
-from gazechair.config.configuration import Config
+from gazechair.base.health import Health, HealthRegistry
+from gazechair.config.settings import Config
+from gazechair.driving.error_handler import of_parts
 from gazechair.driving.speed_cap_store import SpeedCapStore
+from gazechair.first_drive.record import Record
 from gazechair.people.pairing import Paired, PairingDesk
 from gazechair.people.pairing.local import LocalDoor
 from gazechair.people.profiles import Profiles, house_fields
@@ -24,6 +27,7 @@ DAMAGE: dict[str, Callable[[Path], object]] = {
     "deep": lambda file: file.write_bytes(b"[" * 100_000),
     "other json": lambda file: file.write_bytes(b'{"profiles": [1], "chosen": {}}\n7\n"x"\nnull\n'),
     "folder": lambda file: (file.unlink(), file.mkdir()),
+    "loop": lambda file: (file.unlink(), file.symlink_to(file)),
 }
 
 
@@ -53,6 +57,63 @@ def test_a_damaged_file_is_no_reason_not_to_start(tmp_path: Path, damage: str, d
     assert SpeedCapStore(state).read() in (50, 1000)
     keep_cap(state, 300)
     assert SpeedCapStore(state).read() == 300
+
+
+def test_devices_that_cannot_be_read_are_told_and_come_back_with_their_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, desk: Any
+) -> None:
+    """As after an edit by root: until a device is paired anew, the file stays where it is."""
+    state = tmp_path / "state"
+    token = desk.join().token
+    read = Path.read_text
+
+    def refused(path: Path, *args: Any, **more: Any) -> str:
+        if path.name == "paired.jsonl":
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        return read(path, *args, **more)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "read_text", refused)
+        health = Health("devices")
+        locked = type(desk)(state, health=health)
+        assert locked.who(token) is None
+        assert (health.state, health.reason) == ("lost", "devices_damaged")
+        assert "Permission denied" in health.detail
+        assert locked.problem == health.detail
+    assert type(desk)(state).who(token) is not None
+    # Pairing goes on, and keeps the old list beside the new one.
+    fresh = locked.join().token
+    assert (health.state, locked.problem) == ("ok", "")
+    assert type(desk)(state).who(fresh) is not None
+    (state / "paired.damaged").rename(state / "paired.jsonl")
+    assert type(desk)(state).who(token) is not None
+
+
+def test_a_caretaker_is_told_of_a_damaged_file_until_it_is_written_again(
+    tmp_path: Path, desk: Any
+) -> None:
+    state = tmp_path / "state"
+    desk.join()
+    profiles(state).change({"save": {"id": "1", "dwell_ms": 700}}, True)
+    keep_cap(state, 500)
+    (state / "first_drive.json").write_bytes(b"")
+    for name in ("paired.jsonl", "profiles.json", "speed_cap", "first_drive.json"):
+        DAMAGE["0xff"](state / name)
+    parts = HealthRegistry()
+    again = type(desk)(state, health=parts.part("devices"))
+    people = Profiles(state, house_fields(Config()), parts.part("profiles"))
+    cap = SpeedCapStore(state, parts.part("speed_cap"))
+    assert cap.read() == 50
+    record = Record(state, parts.part("first_drive"))
+    told = {(problem.key, problem.caretaker_only) for problem in of_parts(parts.states())}
+    assert told == {("devices_damaged", True), ("file_damaged", True)}
+    assert {part.reason for part in parts.states().values()} == {key for key, _ in told}
+    again.join()
+    people.change({"save": {"id": "1", "dwell_ms": 800}}, True)
+    cap.keep(500)
+    cap.write()
+    record.keep("turn", {"wanted_deg": 90, "turned_deg": 90, "measured_mm": 1, "seen_mm": 1})
+    assert of_parts(parts.states()) == []
 
 
 class Hanging:

@@ -13,7 +13,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 
 from gazechair.base.health import Health
-from gazechair.config.configuration import CameraConfig
+from gazechair.config.settings import CameraConfig
 from gazechair.picture.camera import CameraError, CameraService, http_stream
 
 LONG_S = 60.0

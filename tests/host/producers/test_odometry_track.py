@@ -9,7 +9,7 @@ import pytest
 
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.sensing.odometry import doubts
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 RADIUS_M, RATE_DEG_S = 2.0, 20.0
 

@@ -16,7 +16,7 @@ from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
 from gazechair.producers.contract import Ask, Press, Said, Sensed, Setup
 from gazechair.producers.line import UNCALIBRATED, LineProducer
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazelink.settings_table import TABLE
 from gazesim.floor_view import Floor, FloorView
 

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from gazechair.base.footprint import Footprint
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.producers import exchange
 from gazechair.producers.contract import Press, Said, Sensed, Setup
 from gazechair.producers.person import OLD_S, SIGHT_LOST, UNSEEN, PersonProducer
 from gazechair.producers.runner import Runner
 from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Estimate, Motion
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.points import Piece
 from gazelink.settings_table import TABLE, profile_row
 from gazesim import rays

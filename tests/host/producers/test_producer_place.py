@@ -21,7 +21,7 @@ from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazelink.settings_table import TABLE
 
 SETTINGS = {name: default for name, default, _, _ in TABLE}

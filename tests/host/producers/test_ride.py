@@ -13,7 +13,7 @@ from gazechair.going.plan import NO_WAY, Pose
 from gazechair.going.rolled import Rolled
 from gazechair.producers.contract import Sensed
 from gazechair.producers.ride import Ride
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 GOAL: Pose = (4.0, 2.0, 0.0)
 

@@ -14,7 +14,7 @@ import pytest
 
 from e2e.picture_chair import CAMERA, EYE
 from gazechair.base.health import Health
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
@@ -22,7 +22,7 @@ from gazechair.picture.newest import PictureSlot
 from gazechair.producers.service import child_setup
 from gazechair.producers.spot_service import SpotService
 from gazechair.producers.spots import spots
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazelink.settings_table import TABLE
 from gazesim.floor_view import Floor, FloorView
 from patience import wait_until

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from gazechair.base.health import Health
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext, ModeOutput
 from gazechair.producers import exchange
 from gazechair.producers.contract import Said

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.blind import BLIND, MASKED, SEEN, Blindness
 from gazechair.sensing.lidar.child import Lidar, Pipeline
 from gazechair.sensing.lidar.report import Report

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar import device as device_module
 from gazechair.sensing.lidar import reader as reader_module
 from gazechair.sensing.lidar.nodes import Nodes

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.nodes import Nodes, our_angle
 from gazechair.sensing.lidar.reader import Reader
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader, ScanWriter

@@ -12,7 +12,7 @@ import pytest
 
 from gazechair.base.health import DEGRADED, LOST, OK, STARTING, Health
 from gazechair.board.board_commands import Clearance
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.lidar.report import LidarReport, Report
 from gazelink import codes

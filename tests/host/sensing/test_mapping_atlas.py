@@ -14,7 +14,7 @@ from gazechair.sensing.mapping.locating.atlas import Atlas
 from gazechair.sensing.mapping.locating.localization import Location
 from gazechair.sensing.mapping.locating.looks import Seen
 from gazechair.sensing.mapping.locating.map_match import Look
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazesim.rooms import Room
 from homerig import flat, points, poses, scan
 

@@ -87,3 +87,20 @@ def test_one_thing_counts_where_odometry_agrees() -> None:
     assert len(OpenDirections().axes(seen, np.array((0.01, 0.0)))) == 0
     assert len(OpenDirections().axes(seen, np.array((0.0, 0.3)))) == 0
     assert len(OpenDirections().axes(seen, np.array((-0.05, 0.0)))) == 1
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rough_cells_of_a_bare_wall_tell_nothing_along_it(seed: int) -> None:
+    """The wall is on a cell's edge, and the map's scans are a little off, as those of a drive."""
+    room, chance = corridor(), np.random.default_rng(seed)
+    keys = []
+    for x_m in np.arange(-8.0, 3.5, 0.3):
+        pose = np.array((x_m, chance.uniform(-0.05, 0.05), 0.0))
+        seen = points(*scan(room, pose, chance))
+        pose += chance.normal(0.0, (0.01, 0.01, math.radians(0.2)))
+        keys.append(KeyScan(pose, seen, np.zeros_like(seen), 0, 0, 0))
+    match = MapMatch(occupancy_of(keys))
+    seen = np.concatenate([look(room, 0.3, chance).points_m for _ in range(4)])
+    there = told(match.ndt, Look(seen, np.zeros_like(seen)), np.array((0.3, 0.0, 0.0)))
+    assert len(there.open_axes) == 1
+    assert abs(there.open_axes[0][0]) > 0.999

@@ -15,7 +15,7 @@ from gazechair.sensing.mapping.locating.map_match import Look
 from gazechair.sensing.mapping.making import FULL, Making
 from gazechair.sensing.mapping.stored import home_map
 from gazechair.sensing.mapping.stored.home_map import HomeMap, MapError
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 HALL = np.array(
     [(x, side) for x in np.arange(-4.0, 4.0, 0.05) for side in (-3.0, 3.0)], dtype=np.float64

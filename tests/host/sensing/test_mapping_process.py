@@ -14,7 +14,7 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.base.poses import between, compose
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.mapping import keeping
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
@@ -23,7 +23,7 @@ from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.mapping.stored.home_map import HomeMap, load
 from gazechair.sensing.mapping.stored.places import EditRefused
 from gazechair.sensing.mapping.stored.store import MapStore
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from maprig import START_S, Chair, made
 from patience import wait_until
 

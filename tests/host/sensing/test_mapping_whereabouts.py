@@ -13,7 +13,7 @@ import pytest
 from gazechair.base.health import Health
 from gazechair.sensing.mapping.locating.whereabouts import CONFIRMED_S, Fix, Whereabouts, onward
 from gazechair.sensing.mapping.service import MappingService
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 # In odometry's frame at (1, 2) looking along its y; in the map at (10, 0) looking along its x.
 FIX = Fix(100.0, "home", 10.0, 0.0, 0.0, 0.02, 0.3, 0.9, (1.0, 2.0, 450.0), 7)

@@ -10,7 +10,9 @@ import pytest
 
 from gazechair.sensing.odometry.apart import Constraints
 from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED
-from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
+from gazechair.sensing.odometry.estimate import Estimate
+from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import stand_alone
 from gazechair.sensing.odometry.speed_by_command import SpeedByCommand
 from gazechair.sensing.odometry.straight import straightened

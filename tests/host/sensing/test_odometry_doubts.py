@@ -13,8 +13,10 @@ import pytest
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Entry
 from gazechair.sensing.odometry import doubts
+from gazechair.sensing.odometry.estimate import Estimate
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
-from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
+from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.shown import shown
 from gazelink import codes
@@ -159,7 +161,7 @@ def test_people_who_walk_past_do_not_take_the_chair_along() -> None:
 
 
 def test_a_lidar_that_comes_back_in_step_with_the_other_is_not_silent() -> None:
-    """Its half turns end with the other's, and are no newer: what they tell is not needed."""
+    """Its half turns end with the other's, and are no newer."""
     odometry, said = Odometry(), []
     for one, other in zip(pieces(room(), still, 6.0), pieces(room(), still, 6.0), strict=True):
         estimate = odometry.piece(one)

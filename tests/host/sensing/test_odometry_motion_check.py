@@ -10,8 +10,10 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.sensing.odometry import doubts
+from gazechair.sensing.odometry.estimate import Estimate
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
-from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
+from gazechair.sensing.odometry.odometry import Odometry
 from gazelink import codes
 from host.sensing.test_odometry_doubts import (
     Command,

@@ -14,8 +14,8 @@ from gazechair.sensing.mapping.locating.atlas import Atlas
 from gazechair.sensing.mapping.locating.localization import Localization
 from gazechair.sensing.mapping.locating.looks import Seen
 from gazechair.sensing.mapping.locating.map_match import Look
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.mounting import Mounting, Stand
-from gazechair.sensing.odometry.odometry import Estimate
 from homerig import flat, points, poses, scan
 
 FRONT, REAR = 0, 1

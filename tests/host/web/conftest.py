@@ -20,7 +20,7 @@ from wsproto.utilities import LocalProtocolError
 from fakeboard import FakeBoard
 from gazechair.base.latest_value import Latest
 from gazechair.board.caretaker_settings import CaretakerSettings
-from gazechair.config.configuration import Config, WebConfig
+from gazechair.config.settings import Config, WebConfig
 from gazechair.people.pairing import Paired, PairingDesk
 from gazechair.picture.camera import Frame
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from gazechair.base.clock import EARLIEST_S
-from gazechair.config.configuration import WebConfig
+from gazechair.config.settings import WebConfig
 from gazechair.web import certificate
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.names import certificate_names, network_addresses, shown_host

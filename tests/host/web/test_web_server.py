@@ -14,7 +14,7 @@ import pytest
 import simple_websocket
 
 from gazechair.board.caretaker_settings import CaretakerSettings
-from gazechair.config.configuration import Config, WebConfig
+from gazechair.config.settings import Config, WebConfig
 from gazechair.web import WebError, WebServer
 from gazemeasure.page.raw_page import upgrade
 

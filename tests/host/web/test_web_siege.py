@@ -16,7 +16,7 @@ import pytest
 import simple_websocket
 
 from gazechair.board.caretaker_settings import CaretakerSettings
-from gazechair.config.configuration import Config, WebConfig
+from gazechair.config.settings import Config, WebConfig
 from gazechair.people.pairing import Paired
 from gazechair.web import WebServer, connection_limits, handler
 from gazemeasure.page.raw_page import frame, upgrade

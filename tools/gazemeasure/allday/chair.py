@@ -9,7 +9,7 @@ from unittest import mock
 
 from gazechair.alerts.service import LOOK_S, Alerts
 from gazechair.base.health import OK, HealthRegistry
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.control import HEARTBEAT_MS, Control
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.people.profiles import Profiles, house_fields

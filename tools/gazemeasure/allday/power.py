@@ -22,7 +22,7 @@ from gazechair.alerts.diary import FILE_NAME as DIARY
 from gazechair.alerts.diary import Diary
 from gazechair.alerts.reasons import HELP_WANTED
 from gazechair.blackbox.reader import LogFile
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 from gazechair.driving.speed_cap_store import FILE_NAME as SPEED_CAP
 from gazechair.driving.speed_cap_store import SpeedCapStore

@@ -25,7 +25,7 @@ from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.evaluate import Evaluator
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import in_arcs, to_chair
-from gazechair.sensing.odometry.odometry import Motion as Moved
+from gazechair.sensing.odometry.motion import Motion as Moved
 from gazechair.sensing.odometry.points import Piece
 from gazelink import codes
 from gazelink.settings_table import PROFILES

@@ -14,7 +14,8 @@ import numpy as np
 
 from gazechair.sensing.lidar.dense import CapsuleDecoder
 from gazechair.sensing.mapping.building.pose_graph import MissingPackageError
-from gazechair.sensing.odometry.odometry import Motion, Odometry
+from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.odometry.odometry import Odometry
 from gazemeasure.home import alarms, drives, faults, foreign, forward, localization, logs, upkeep
 from gazemeasure.home import odometry as home_odometry
 from gazemeasure.home import process as home_process

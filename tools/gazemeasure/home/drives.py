@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.sensing.odometry.doubts import PUSHED, STUCK, TURNED
-from gazechair.sensing.odometry.odometry import Motion, Odometry
+from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.odometry.odometry import Odometry
 from gazemeasure.home import maps
 from gazemeasure.home.maps import Judged, MapJudge
 from gazemeasure.report import Report, percentile

@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gazechair.sensing.odometry.odometry import Motion, Odometry
+from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.service.tune import TuneError
 from gazechair.service.tune.forward import (
     STEP_M,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.mapping.making import Making
 from gazechair.sensing.mapping.stored.home_map import HomeMap
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.points import Piece
 from gazemeasure.report import Report
 from gazesim.home_drive import LIDAR_HEIGHT_M, Truth

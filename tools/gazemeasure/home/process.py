@@ -7,11 +7,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from gazechair.base.health import Health
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
-from gazechair.sensing.odometry.odometry import Estimate, Motion
 from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.service import OdometryService
 from gazemeasure.growth import Holding, cpu_s, slope_per_hour

@@ -23,7 +23,7 @@ from gazechair.sensing.mapping.locating.atlas import Atlas
 from gazechair.sensing.mapping.locating.looks import Seen
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazemeasure.home.localization import is_right, look
 from gazemeasure.home.maps import WALLS_M, surfaces_off_m
 from gazemeasure.report import Report, percentile

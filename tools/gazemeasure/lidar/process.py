@@ -8,7 +8,7 @@ from pathlib import Path
 
 from gazechair.base.health import Health
 from gazechair.board.board_commands import Clearance
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar.service import LidarService
 from gazemeasure.growth import cpu_s
 from gazemeasure.lidar.emulator import MASK, started

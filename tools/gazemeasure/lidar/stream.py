@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.child import Pipeline
 from gazechair.sensing.lidar.report import Report as Delivered
 from gazemeasure.lidar import damage

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from gazechair.base.health import Health
 from gazechair.board.board_commands import Clearance
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar import LidarService
 from gazelink import frame, messages
 from gazemeasure.lidar.emulator import MASK, started

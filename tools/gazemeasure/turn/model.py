@@ -18,7 +18,7 @@ from gazesim.chair import Parameters
 from gazesim.disturbances import Floor
 
 STEP_S = 0.004
-_OUT_S = 1.2 + FOR_MS / 1000  # after the last switch: until it has coasted and stood for a second
+_COAST_S = 1.2  # after the last switch: until it has come to rest
 _CHUNK = 20_000  # candidates at a time, to fit into the processor's cache
 _VEER_EVERY_S = 0.1
 _VEERS = 150
@@ -144,7 +144,7 @@ def _simulate(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Floats, Flo
     lie = np.broadcast_to(m.lie, shape)
     ramp = np.zeros(shape)
     since, settled = np.full(shape, np.inf), np.full(shape, np.inf)
-    steps = math.ceil((rest_s + _OUT_S) / STEP_S)
+    steps = math.ceil((rest_s + _COAST_S + FOR_MS / 1000) / STEP_S)
     for step in range(1, steps + 1):
         now = step * STEP_S
         before, ramp = ramp, ramp_at(now)
@@ -167,6 +167,8 @@ def _simulate(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Floats, Flo
         good = (np.abs(heading - m.angle) <= WITHIN_DEG) & (np.abs(yaw) < UNDER_DPS)
         since = np.where(good, np.minimum(since, now), np.inf)
         settled = np.where(now - since >= FOR_MS / 1000, np.minimum(settled, since), settled)
+        if rest_s < now < rest_s + _COAST_S and not speed.any():  # for good
+            return np.minimum(settled, since), heading
     return settled, heading
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from gazechair.base.health import Health
 from gazechair.base.latest_value import Clock
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.people.pairing.lockout import Lockout
@@ -50,9 +51,13 @@ class PairingDesk:
         folder: Path,
         clock: Clock = time.monotonic,
         wall: Callable[[], float] = time.time,
+        health: Health | None = None,
     ) -> None:
-        """`folder`: the state folder, created if missing. Raises StoreError."""
-        self._store = DeviceStore(folder)
+        """`folder`: the state folder, created if missing; `health`: see DeviceStore.
+
+        Raises StoreError.
+        """
+        self._store = DeviceStore(folder, health)
         self._clock = clock
         self._wall = wall
         self._lock = threading.Lock()
@@ -142,6 +147,11 @@ class PairingDesk:
                 replace(device, last_used=max(device.last_used, self._seen.get(device.id, 0)))
                 for device in self._store.all()
             ]
+
+    @property
+    def problem(self) -> str:
+        """Which devices are not known, in one line; "" when all are."""
+        return self._store.problem
 
     def revoke(self, id: str) -> bool:
         """Forget a device; its sockets close at once. False: unknown id. Raises StoreError."""

@@ -113,7 +113,8 @@ class LocalDoor:
             if what == "open":
                 return {"open": self._desk.is_open(str(request["code"]))}
             if what == "list":
-                return {"devices": [asdict(device) for device in self._desk.devices()]}
+                devices = [asdict(device) for device in self._desk.devices()]
+                return {"devices": devices, "problem": self._desk.problem}
             if what == "revoke":
                 return {"revoked": self._desk.revoke(str(request["id"]))}
         except StoreError as error:

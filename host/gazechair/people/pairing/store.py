@@ -9,10 +9,14 @@ import secrets
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from gazechair.base import health as states
 from gazechair.base import json_text
+from gazechair.base.health import Health
 from gazechair.base.state_folder import replace_file, set_aside
 
 FILE_NAME = "paired.jsonl"
+PART = "devices"  # of the host's health
+DAMAGED = "devices_damaged"
 MOST_DEVICES = 32
 ROLES = ("driver", "caretaker", "viewer")
 
@@ -20,7 +24,7 @@ log = logging.getLogger(__name__)
 
 
 class StoreError(Exception):
-    """Raised when the file cannot be read or written, or is full: one line, what to do."""
+    """Raised when the file cannot be written, or is full: one line, what to do."""
 
 
 @dataclass(frozen=True)
@@ -46,25 +50,36 @@ def digest_of(token: str) -> str:
 class DeviceStore:
     """Not thread-safe. A device added or removed is on disk when the call returns."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, health: Health | None = None) -> None:
         """Reads `folder`/paired.jsonl; creates the folder (0700). Raises StoreError.
 
-        Damaged lines are kept as they are, logged and ignored.
+        Damaged lines are kept as they are, logged and ignored; a file that cannot be read at all
+        stays where it is until a device is paired. `health` tells of both until then.
         """
         self._path = folder / FILE_NAME
+        self._health = health or Health(PART)
         self._devices: dict[str, Device] = {}
         self._strange: list[str] = []
+        self._unread = False
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if self._path.is_dir():
-                set_aside(self._path)
-            text = self._path.read_text(encoding="utf-8-sig", errors="replace")
-        except FileNotFoundError:
-            return
         except FileExistsError:
             raise StoreError(f"{folder} is no folder; move it away") from None
         except OSError as error:
-            raise StoreError(f"{self._path}: {error.strerror}; who owns the folder?") from None
+            raise StoreError(f"{folder}: {error.strerror}; who owns the folder?") from None
+        self._health.set(states.OK)
+        try:
+            text = self._path.read_text(encoding="utf-8-sig", errors="replace")
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            self._unread = True
+            detail = f"{self._path}: {error.strerror}; no device is known, pair them again"
+            self._health.set(states.LOST, DAMAGED, detail)
+            return
+        self._read(text)
+
+    def _read(self, text: str) -> None:
         for number, line in enumerate(text.splitlines(), 1):
             if not line.strip():
                 continue
@@ -74,6 +89,16 @@ class DeviceStore:
                 self._strange.append(line)
             else:
                 self._devices[device.id] = device
+        if self._strange:
+            detail = (
+                f"{self._path}: {len(self._strange)} damaged lines; what is missing, pair again"
+            )
+            self._health.set(states.DEGRADED, DAMAGED, detail)
+
+    @property
+    def problem(self) -> str:
+        """Which devices are not known, in one line; "" when all are."""
+        return self._health.detail
 
     def all(self) -> list[Device]:
         """Every device, oldest first."""
@@ -115,10 +140,15 @@ class DeviceStore:
         lines = [json.dumps(asdict(device), ensure_ascii=False) for device in devices.values()]
         text = "".join(line + "\n" for line in self._strange + lines)
         try:
+            if self._unread:  # whoever gives it back its owner has every device again
+                set_aside(self._path)
+                self._unread = False
             replace_file(self._path, text.encode("utf-8", "replace"), durable)
         except OSError as error:
             raise StoreError(f"{self._path}: {error.strerror}; is the disk full?") from None
         self._devices = devices
+        if durable:
+            self._health.set(states.OK)
 
 
 def _parse(line: str) -> Device | None:

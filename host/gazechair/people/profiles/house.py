@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gazechair.base.languages import label, languages
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.people.profiles.fields import Field, fields
 
 

@@ -11,12 +11,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gazechair.base import health as states
 from gazechair.base import json_text
-from gazechair.base.state_folder import replace_file, set_aside
+from gazechair.base.health import Health
+from gazechair.base.state_folder import FILE_DAMAGED, replace_file, set_aside
 from gazechair.people.profiles.fields import Field, Profile, ProfileRefused, check_whole
 
 FILE_NAME = "profiles.json"
 MOST_PROFILES = 16
+PROFILES = "profiles"  # of the host's health
 
 log = logging.getLogger(__name__)
 
@@ -24,11 +27,16 @@ log = logging.getLogger(__name__)
 class Profiles:
     """Thread-safe. There is always at least one profile, and one is chosen."""
 
-    def __init__(self, folder: Path | None, fields: Mapping[str, Field]) -> None:
+    def __init__(
+        self, folder: Path | None, fields: Mapping[str, Field], health: Health | None = None
+    ) -> None:
         """`folder`: the state folder, None: in memory only.
 
-        A file that can't be read is kept as a copy, and logged.
+        A file that can't be read is kept as a copy, and logged; `health`: degraded until a profile
+        is stored.
         """
+        self._health = health or Health(PROFILES)
+        self._health.set(states.OK)
         self._path = None if folder is None else folder / FILE_NAME
         self._fields = dict(fields)
         self._lock = threading.Lock()
@@ -94,6 +102,7 @@ class Profiles:
                 raise ProfileRefused("bad_message", f"{kind} is none of choose, save, create")
             if self._path is not None:
                 _write(self._path, {"chosen": chosen, "profiles": profiles})
+                self._health.set(states.OK)
             with self._lock:
                 self._profiles, self._chosen = profiles, chosen
                 self._revision += 1
@@ -143,8 +152,7 @@ class Profiles:
         except FileNotFoundError:
             return
         except (OSError, UnicodeDecodeError) as error:
-            log.error("%s: cannot be read (%s); begins with a new profile", path, error)
-            _keep_aside(path)
+            self._damaged(f"{path}: cannot be read ({error}); begins with a new profile")
             return
         try:
             document = json_text.parse(text)
@@ -153,8 +161,13 @@ class Profiles:
             self._chosen = str(document["chosen"])
             self._kept = True
         except (ValueError, TypeError, KeyError, AttributeError) as error:
-            log.error("%s: damaged (%r); begins with what could be read", path, error)
-            _keep_aside(path)
+            self._damaged(f"{path}: damaged ({error!r}); begins with what could be read")
+
+    def _damaged(self, detail: str) -> None:
+        assert self._path is not None
+        self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
+        with contextlib.suppress(OSError):
+            set_aside(self._path)
 
     def _mended(self, id: str, found: Mapping[str, Any]) -> Profile:
         # An older or newer host's profile stays usable: unknown values become defaults.
@@ -171,11 +184,6 @@ class Profiles:
             log.warning("profile %s: %s", id, refusal)
             profile["steer_dwell_ms"] = self._fields["steer_dwell_ms"].low
         return profile
-
-
-def _keep_aside(path: Path) -> None:
-    with contextlib.suppress(OSError):
-        set_aside(path)
 
 
 def _write(path: Path, document: Mapping[str, Any]) -> None:

@@ -10,7 +10,7 @@ from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import Status, Supervised, Supervisor
-from gazechair.config.configuration import CameraConfig
+from gazechair.config.settings import CameraConfig
 from gazechair.picture.camera.mjpeg import is_jpeg
 from gazechair.picture.camera.record import LOST, Frame
 

@@ -44,18 +44,18 @@ _OCTAGON = np.arange(8) * math.pi / 4.0
 class ArcReach:
     """The tables of one footprint; get it from `arc_reach`, which caches them."""
 
-    def __init__(self, footprint: Footprint) -> None:
+    def __init__(self, footprint: Footprint, only_m: FloatArray | None = None) -> None:
+        """`only_m`: the points that will be asked for; None: any."""
         self._footprint = footprint
         body = footprint.body
         self._turn_m = float(np.hypot(body[:, 0], body[:, 1]).max())
-        far = np.full((1, arcs.SIZE), arcs.FAR, dtype=np.uint8)
         self._grids: list[_Grid] = []
-        tables, at = [far, np.zeros_like(far)], 2
+        tables, at = [], 2
         margin_m = max(footprint.margins.widths_m)
         for cell_m, beyond_m in _GRIDS_M:
             grid = _Grid(body, cell_m, max(beyond_m, margin_m + cell_m), at)
             self._grids.append(grid)
-            tables.append(self._table(grid.centres(), cell_m, footprint.margins))
+            tables.append((at, grid.centres(), cell_m, footprint.margins))
             at += grid.count
         self._finer = np.zeros(at, dtype=np.bool_)
         """Per row so far: True if its cell may reach into the next finer grid."""
@@ -70,8 +70,13 @@ class ArcReach:
         band = np.flatnonzero(near & ~deep)
         self._band_rows = np.full(self._band.count, _NO_WAY, dtype=np.int64)
         self._band_rows[band] = at + np.arange(len(band))
-        tables.append(self._table(centres[band], cell_m, Margins(0.0, 0.0, 0.0)))
-        self._rows = np.concatenate(tables)
+        tables.append((at, centres[band], cell_m, Margins(0.0, 0.0, 0.0)))
+        asked = np.arange(at + len(band)) if only_m is None else np.unique(self._find(only_m)[0])
+        self._rows = np.zeros((at + len(band), arcs.SIZE), dtype=np.uint8)
+        self._rows[_FAR] = arcs.FAR
+        for first, cells_m, size_m, margins in tables:
+            rows = asked[(asked >= first) & (asked < first + len(cells_m))]
+            self._rows[rows] = self._table(cells_m[rows - first], size_m, margins)
 
     def ways(self, points_m: FloatArray, contacts: FloatArray) -> Bytes:
         """(N, arcs.SIZE) for (N, 2) points in the chair's frame; `contacts`: theirs, by Sweeps.
@@ -122,37 +127,43 @@ class ArcReach:
         return rows, held
 
     def _table(self, cells_m: FloatArray, cell_m: float, margins: Margins) -> Bytes:
-        found = np.full((len(cells_m), arcs.SIZE), np.inf, dtype=np.float32)
+        # A cell that the footprint reaches without any travel stays so: it is computed no further.
+        found = np.zeros((len(cells_m), arcs.SIZE), dtype=np.float32)
+        cells = np.concatenate((cells_m.T, np.ones((1, len(cells_m))))).astype(np.float32)
         half_m = cell_m * math.sqrt(0.5)
+        parts = _convex_parts(self._footprint, margins, half_m + 0.5 * _STEP_RAD * self._turn_m)
         for quadrant in range(arcs.QUADRANTS):
             ahead, left = quadrant % 2 == codes.DIR_FORWARD, quadrant < 2
-            parts = _convex_parts(self._footprint, margins, half_m + 0.5 * _STEP_RAD * self._turn_m)
             at = quadrant * arcs.ROWS
+            open_, reached = cells, np.arange(len(cells_m))
             least = np.full(len(cells_m), np.inf, dtype=np.float32)
             turned = 0.0
             for row, turn_deg in enumerate(arcs.TURNS_DEG):
                 while turned < math.radians(turn_deg) - 1e-9:
                     sector = _sector(ahead, left, turned + _STEP_RAD)
                     middle = turned + 0.5 * _STEP_RAD
-                    for part, grown_m in parts:
-                        ways = _ways(cells_m, part, grown_m, middle if left else -middle, sector)
+                    for part in parts:
+                        ways = part.ways(open_, middle if left else -middle, sector)
                         np.minimum(least, ways, out=least)
                     turned += _STEP_RAD
-                found[:, at + row] = least
+                found[reached, at + row] = least
+                away = least.nonzero()[0]
+                open_, reached, least = open_.take(away, axis=1), reached.take(away), least[away]
         parts = _convex_parts(
             self._footprint, margins, half_m + 0.5 * _BOTH_STEP_RAD * self._turn_m
         )
         for side in range(arcs.SIDES):
+            open_, reached = cells, np.arange(len(cells_m))
             for row, turn_deg in enumerate(arcs.BOTH_TURNS_DEG):
                 most = math.radians(turn_deg)
                 slab = _Slab(side == codes.DIR_FORWARD, most)
                 steps = math.ceil(2.0 * most / _BOTH_STEP_RAD)
-                at = arcs.BOTH_AT + side * arcs.BOTH_ROWS + row
+                least = np.full(len(reached), np.inf, dtype=np.float32)
                 for k in range(steps):
                     middle = -most + (k + 0.5) * 2.0 * most / steps
-                    for part, grown_m in parts:
-                        ways = _ways(cells_m, part, grown_m, middle, slab)
-                        np.minimum(found[:, at], ways, out=found[:, at])
+                    for part in parts:
+                        np.minimum(least, part.ways(open_, middle, slab), out=least)
+                found[reached, arcs.BOTH_AT + side * arcs.BOTH_ROWS + row] = least
         units = np.floor(np.maximum(found, 0.0) * (1000.0 / arcs.UNIT_MM))
         return np.minimum(units, arcs.FAR).astype(np.uint8)
 
@@ -236,31 +247,38 @@ def _sector(ahead: bool, left: bool, turn: float) -> _Sector:
     return _Sector(low, high) if ahead else _Sector(math.pi + low, math.pi + high)
 
 
-def _ways(
-    cells_m: FloatArray, part: FloatArray, grown_m: float, turn: float, reach: _Sector | _Slab
-) -> NDArray[np.float32]:
-    """The travel after which a convex part, turned by `turn`, can reach each cell; inf = never."""
-    edges = np.roll(part, -1, axis=0) - part
-    outward = np.arctan2(edges[:, 1], edges[:, 0]) - math.pi / 2
-    angles = np.concatenate((outward + turn, _OCTAGON + turn, reach.normals))
-    normals = np.stack((np.cos(angles), np.sin(angles)))
-    c, s = math.cos(turn), math.sin(turn)
-    turned = part @ np.array(((c, s), (-s, c)))
-    edge_m = (turned @ normals).max(axis=0) + grown_m
-    scale = 1.0 / np.maximum(reach.support(angles), 1e-7)
-    # float32 is as fine as 1 um here; 1e-6 m of it must not count as beyond a side.
-    over = (normals.T * scale[:, None]).astype(np.float32) @ cells_m.T.astype(np.float32)
-    over -= ((edge_m + 2e-6) * scale).astype(np.float32)[:, None]
-    most: NDArray[np.float32] = np.maximum(over.max(axis=0), np.float32(0.0))
-    return most
+class _Part:
+    """A convex part of the footprint, to be grown by `grown_m`."""
+
+    def __init__(self, corners_m: FloatArray, grown_m: float) -> None:
+        edges = np.roll(corners_m, -1, axis=0) - corners_m
+        self._angles = np.concatenate(
+            (np.arctan2(edges[:, 1], edges[:, 0]) - math.pi / 2, _OCTAGON)
+        )
+        self._corners_m, self._grown_m = corners_m, grown_m
+
+    def ways(
+        self, cells: NDArray[np.float32], turn: float, reach: _Sector | _Slab
+    ) -> NDArray[np.float32]:
+        """The travel after which it, turned by `turn`, can reach each cell, a column of x, y
+        and 1; 0: none is needed."""
+        angles = np.concatenate((self._angles + turn, reach.normals))
+        normals = np.stack((np.cos(angles), np.sin(angles)), axis=1)
+        c, s = math.cos(turn), math.sin(turn)
+        turned = self._corners_m @ np.array(((c, s), (-s, c)))
+        edge_m = (turned @ normals.T).max(axis=0) + self._grown_m
+        scale = 1.0 / np.maximum(reach.support(angles), 1e-7)
+        # float32 is as fine as 1 um here; 1e-6 m of it must not count as beyond a side.
+        sides = np.column_stack((normals, -(edge_m + 2e-6))) * scale[:, None]
+        over = sides.astype(np.float32) @ cells
+        most: NDArray[np.float32] = np.maximum(over.max(axis=0), np.float32(0.0))
+        return most
 
 
-def _convex_parts(
-    footprint: Footprint, margins: Margins, grown_m: float
-) -> list[tuple[FloatArray, float]]:
+def _convex_parts(footprint: Footprint, margins: Margins, grown_m: float) -> list[_Part]:
     # The growth of each part is taken from the margin as far as the margin suffices.
     less = Margins(*(max(0.0, width - grown_m) for width in margins.widths_m))
-    return [(part, grown_m) for part in _parts(footprint.body, less)]
+    return [_Part(part, grown_m) for part in _parts(footprint.body, less)]
 
 
 def _parts(body: FloatArray, margins: Margins) -> Iterator[FloatArray]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gazechair.base.footprint import Footprint, Margins
-from gazechair.config.configuration import FootprintConfig
+from gazechair.config.settings import FootprintConfig
 from gazechair.sensing.clearance.arcs import Bytes
 from gazechair.sensing.clearance.reach import FREE, LidarReach, Reach
 from gazechair.sensing.clearance.view import SweepView

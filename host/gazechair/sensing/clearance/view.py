@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import FloatArray, Footprint, Margins, inside
-from gazechair.sensing.clearance.arcs import arc_reach
+from gazechair.sensing.clearance.arcs import ArcReach
 from gazechair.sensing.clearance.sweeps import Sweeps
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.blind import BINS, BLIND, SEEN
@@ -32,7 +32,7 @@ class SweepView:
         self._origins_m = tuple(origins_m)
         no_margins = Margins(0.0, 0.0, 0.0)
         self._contacts = Sweeps(Footprint(body.tolist(), no_margins)).contacts(cells)
-        reach = arc_reach(Footprint(body.tolist(), no_margins))
+        reach = ArcReach(Footprint(body.tolist(), no_margins), cells)
         self._ways = reach.ways(cells, self._contacts)
         self.use(UNKNOWN)
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from gazechair.base import health as states
 from gazechair.base.supervisor import RecordWriter, child_main
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
 from gazechair.sensing.lidar import recorded, zone_message
 from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness
@@ -108,6 +108,7 @@ class Pipeline:
         self._lock = threading.Lock()  # one thread at a time evaluates and delivers
         self._due_s = time.monotonic() + _PULSE_S
         self._failed: Exception | None = None
+        self._prepared = False
         self.lidars = tuple(
             Lidar(config, self._renewed, HalfTurns(at, inbox_fds).take if inbox_fds else None)
             for at, config in enumerate(configs)
@@ -120,11 +121,17 @@ class Pipeline:
         except Exception as error:  # end the process, not only this lidar's thread
             self._failed = error
 
-    def start(self) -> None:
-        """Start every lidar's thread; shortens the time that one thread of the process can take."""
+    def start(self, prepare: Callable[[], object] = lambda: None) -> None:
+        """Start every lidar's thread; shortens the time that one thread of the process can take.
+
+        `prepare` runs while the devices open and their motors run up; nothing is evaluated or
+        delivered before its end.
+        """
         sys.setswitchinterval(_SWITCH_S)
         for lidar in self.lidars:
             lidar.reader.start()
+        prepare()
+        self._prepared = True
 
     def stop(self) -> None:
         """Stop every lidar's motor and thread."""
@@ -152,6 +159,8 @@ class Pipeline:
                 self._report()
 
     def _report(self) -> None:
+        if not self._prepared:
+            return
         self._due_s = time.monotonic() + _PULSE_S
         for lidar in self.lidars:
             lidar.renew()
@@ -196,7 +205,8 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     fields = argument["footprint"]
     corners_m = tuple((x, y) for x, y in fields["corners_m"])
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
-    evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
+    origins_m = [(config.x_m, config.y_m) for config in configs]
+    made: list[Evaluator] = []  # its tables take some tenths of a second
     record_s = time.monotonic() if argument["record"] else math.inf
 
     def deliver(report: Report) -> None:
@@ -208,12 +218,12 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
                 if lidar.scan is not None:
                     out.facts(recorded.pack(lidar.reader.config.name, lidar.scan))
 
-    pipeline = Pipeline(configs, evaluator, deliver, argument["inbox_fds"])
+    pipeline = Pipeline(configs, lambda views: made[0](views), deliver, argument["inbox_fds"])
+    pipeline.start(lambda: made.append(Evaluator(footprint, origins_m)))
     # Unbuffered: a thread waiting in stdin's own buffer at the process's end makes it crash.
     words = FileIO(sys.stdin.fileno(), closefd=False)
-    ear = threading.Thread(target=hear, args=(words, evaluator), name="zone", daemon=True)
+    ear = threading.Thread(target=hear, args=(words, made[0]), name="zone", daemon=True)
     ear.start()
-    pipeline.start()
     gc.freeze()  # present objects stay: exclude them from collections
     try:
         while (name := pipeline.hanging()) is None:

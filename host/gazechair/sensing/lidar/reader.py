@@ -11,7 +11,7 @@ from pathlib import Path
 
 from gazechair.base import health as states
 from gazechair.base.throttled_log import ThrottledLog
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.device import S2, LidarError, find_port
 from gazechair.sensing.lidar.report import FROZEN, LOST, MIRROR, POWER, SILENT, STARTING
 from gazechair.sensing.lidar.scan import Placing, Scan

@@ -12,7 +12,7 @@ from gazechair.base.reasons import PARTS
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import NOT_KNOWN, BoardZone
-from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar import zone_message
 from gazechair.sensing.lidar.recorded import unpack
 from gazechair.sensing.lidar.report import DAMAGED, LOST, ONE, VIEW, LidarReport, Report

@@ -16,8 +16,8 @@ from gazechair.base.supervisor import RecordWriter, child_main
 from gazechair.sensing.mapping.worker import PULSE_S, Worker
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Estimate
 
 _OLD_S = 0.5  # older data in the inbox is discarded
 

@@ -14,13 +14,13 @@ from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import Status
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.mapping.locating.whereabouts import Fix, Whereabouts, onward
 from gazechair.sensing.mapping.stored.picture import Picture
 from gazechair.sensing.mapping.worker import AGAIN, UNKNOWN
 from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox_service import InboxService
-from gazechair.sensing.odometry.odometry import Estimate
 
 LOST = "map_lost"
 NOWHERE = "map_unknown"

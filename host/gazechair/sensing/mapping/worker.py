@@ -21,8 +21,8 @@ from gazechair.sensing.mapping.stored.picture import sketched
 from gazechair.sensing.mapping.stored.places import EditRefused
 from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Estimate
 
 # Reasons after which saving can be retried: the collected key scans are kept.
 AGAIN = ("map_not_stored", "map_full", "map_empty")

@@ -14,11 +14,12 @@ from typing import Any, NoReturn
 import numpy as np
 
 from gazechair.base.supervisor import RecordWriter, child_main
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.scan import Pose, in_arcs
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.odometry import Motion, Odometry
+from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import Piece
 
 _OLD_S = 0.5  # older data in the inbox is discarded

@@ -29,7 +29,7 @@ _STEADY_S = 0.25  # after a break headings are interpolated across it at first
 
 @dataclass(frozen=True)
 class Heading:
-    """The heading of the board's sensor at the middle of a piece."""
+    """The heading of the board's sensor at the time of a piece."""
 
     rad: float
     turned: FloatArray  # radians from there, at each beam of the piece
@@ -91,7 +91,7 @@ def heading_at(piece: Piece, reports: Reports, before_rad: float, stepped: bool 
 
     `stepped`: see Reports.headings.
     """
-    at_s = piece.middle_s
+    at_s = piece.at_s
     times, headings = reports.headings(stepped)
     rad, turned = before_rad, np.zeros(len(piece.times_s))
     if len(times):

@@ -8,7 +8,7 @@ from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.board.state import BoardState
 from gazechair.sensing.odometry.doubts import BY_HEADING, PUSHED, STUCK, UNSURE
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazelink import codes
 
 _ARMED_S = 1.5  # before that it may still roll from being driven by hand

@@ -9,7 +9,7 @@ clock, no process.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.apart import WholeTurn
 from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts
 from gazechair.sensing.odometry.drift import Drift
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.headings import Breaks, Heading, HeadingCheck, heading_at
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
@@ -31,6 +32,7 @@ from gazechair.sensing.odometry.match import (
     Y,
     fit,
 )
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.points import Piece, seen_points
 from gazechair.sensing.odometry.prediction import predict
@@ -49,55 +51,13 @@ _MATCHED = 0.5
 _STEP_S, _STEP_NEAR_S, _STEP_FREE_RAD, _STEP_MATCHED = 0.3, 0.01, math.radians(5.0), 0.1
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
 _SILENT_S = 0.2  # of a lidar, or age of its scans
+OLDER_S = 0.03
+"""By this much a piece may be older than another lidar's; the chair's speed tells the motion."""
 _GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
 _STOOD_M_S = 0.03
 
 _KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
-_LOOK_S = 0.02
 _INSERT_M, _INSERT_RAD = 0.10, math.radians(5.0)
-
-
-@dataclass(frozen=True)
-class Motion:
-    """The board's heading and outputs at a time; None: not known."""
-
-    time_s: float
-    heading_deg: float | None
-    linear_permille: int | None = None
-    turn_permille: int | None = None
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """Where the chair is and how it moves, in a frame that begins where odometry began.
-
-    The pose is the drive axle's; x forward at the beginning, y left, headings counter-clockwise.
-    Uncertainties are standard deviations; those of the position accumulate since the beginning,
-    along and across the chair.
-    """
-
-    time_s: float
-    """Monotonic time of the measurements, not of the computation."""
-    x_m: float
-    y_m: float
-    heading_deg: float
-    speed_m_s: float
-    sideways_m_s: float
-    yaw_rate_deg_s: float
-    along_sigma_m: float
-    across_sigma_m: float
-    heading_sigma_deg: float
-    speed_sigma_m_s: float
-    matched: float
-    """Share of the points that lie on surfaces seen before, 0..1."""
-    doubts: tuple[str, ...]
-    """Keys of `doubts`."""
-    track: int
-    """Number of the start: positions of different tracks are unrelated."""
-
-    def pose(self) -> FloatArray:
-        """(3,): x, y in metres, heading in radians, full turns counted."""
-        return np.array((self.x_m, self.y_m, math.radians(self.heading_deg)))
 
 
 @dataclass(frozen=True)
@@ -136,19 +96,25 @@ class Odometry:
         self._heading_rad = 0.0  # of the sensor, at the newest piece, not wrapped
         self._breaks = Breaks()
         self._inexact = Breaks()
-        # Where and when the surfaces were renewed: x, y, heading, time.
-        self._inserted: tuple[float, float, float, float] | None = None
+        # Where each lidar's surfaces were renewed: x, y, heading.
+        self._inserted: dict[int, tuple[float, float, float]] = {}
 
     def motion(self, motion: Motion) -> None:
         """Take in the board's report."""
         self._reports.motion(motion)
 
     def piece(self, piece: Piece) -> Estimate | None:
-        """The estimate at the middle of the piece; None: the piece is unusable."""
-        at_s = piece.middle_s
-        self._heard_s[piece.lidar] = at_s
+        """The estimate at the middle of the piece; None: the piece is unusable.
+
+        A piece a little older than another lidar's newest one corrects the estimate at that one.
+        """
+        at_s, heard_s = piece.middle_s, self._heard_s.get(piece.lidar, -math.inf)
+        self._heard_s[piece.lidar] = at_s  # too old a piece is no silence either
         if self._time_s is not None and at_s <= self._time_s:
-            return None  # no newer than another lidar's, which need not be silent for that
+            if at_s <= heard_s or at_s < self._time_s - OLDER_S:
+                return None
+            at_s = self._time_s
+            piece = replace(piece, as_of_s=at_s)
         sensor = self._heading_at(piece)
         is_back, steady = self._breaks.judge(at_s, sensor.known)
         judges = self._inexact.judge(at_s, sensor.exact)[1]
@@ -168,7 +134,7 @@ class Odometry:
         self._cross_check(found, dt_s, judges)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, sensor.rad
-        self._remember(fitted.points, fitted.normals, at_s, found)
+        self._remember(piece, fitted)
         doubts = self._doubts.judge(self._seen(piece, sensor, fitted, judges))
         self._differs = DIFFERS in doubts
         estimate = self._estimate(sensor.yaw_deg_s, found, doubts)
@@ -179,7 +145,7 @@ class Odometry:
     def _heading_at(self, piece: Piece) -> Heading:
         """What the board's sensor says of the time of the piece; its own steps are taken out."""
         steps = self._reports.steps
-        if self._time_s is None or (steps and piece.middle_s > steps[-1][0] + _STEP_S):
+        if self._time_s is None or (steps and piece.at_s > steps[-1][0] + _STEP_S):
             self._reports.keep_steps()
         elif steps and piece.times_s[0] > steps[-1][0] - _STEP_NEAR_S:
             self._judge_steps(piece)
@@ -194,12 +160,12 @@ class Odometry:
             sensor = heading_at(piece, self._reports, self._heading_rad, stepped)
             if not stepped:
                 before_rad = sensor.rad + self._state[OFFSET]
-            state, covariance = self._predict(piece.middle_s, sensor.rad, sensor.known)
+            state, covariance = self._predict(piece.at_s, sensor.rad, sensor.known)
             covariance[OFFSET, OFFSET] += min(step_rad**2, _STEP_FREE_RAD**2)
             points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
             if len(points) < FEW:
                 return
-            before = self._turn.until(piece.middle_s)
+            before = self._turn.until(piece.at_s)
             known = self._coarse, self._map
             found = fit(*known, points, normals, state, covariance, sensor.rad, before)
             matched.append(found.matched)
@@ -215,7 +181,7 @@ class Odometry:
 
     def _fit(self, piece: Piece, sensor: Heading, steady: bool) -> _Fitted:
         """Predict the motion until the piece, and correct it by the surfaces seen before."""
-        at_s, heading = piece.middle_s, sensor.rad
+        at_s, heading = piece.at_s, sensor.rad
         state, covariance = self._predict(at_s, heading, steady)
         points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
         before, known = self._turn.until(at_s), (self._coarse, self._map)
@@ -229,7 +195,7 @@ class Odometry:
 
     def _seen(self, piece: Piece, sensor: Heading, fitted: _Fitted, judges: bool) -> Seen:
         """What the doubts are judged by, after the state has taken the piece in."""
-        at_s, yaw, found = piece.middle_s, sensor.yaw_deg_s, fitted.fit
+        at_s, yaw, found = piece.at_s, sensor.yaw_deg_s, fitted.fit
         x, y = float(self._state[X]), float(self._state[Y])
         return Seen(
             at_s,
@@ -311,7 +277,7 @@ class Odometry:
         self._map.clear()
         self._coarse.clear()
         self._turn.forget()
-        self._inserted = None
+        self._inserted.clear()
         self._drift = Drift()
         self._state[[FORWARD, SIDEWAYS]] = 0.0
         self._covariance = _first_covariance()
@@ -344,23 +310,23 @@ class Odometry:
             covariance[OFFSET, OFFSET] += (_UNKNOWN_RAD_S * dt_s) ** 2
         return state, covariance
 
-    def _remember(self, points: FloatArray, normals: FloatArray, at_s: float, found: Fit) -> None:
+    def _remember(self, piece: Piece, fitted: _Fitted) -> None:
         if self._reports.steps:  # its heading may be wrong
             return
         x, y = float(self._state[X]), float(self._state[Y])
         angle = self._heading_rad + self._state[OFFSET] + self._state[ERROR]
-        if self._inserted is not None:
-            moved = math.hypot(x - self._inserted[0], y - self._inserted[1])
-            turned = abs(angle - self._inserted[2])
-            new = found.known < _KNOWN and at_s - self._inserted[3] >= _LOOK_S
-            if moved < _INSERT_M and turned < _INSERT_RAD and not new:
+        if (before := self._inserted.get(piece.lidar)) is not None:
+            moved = math.hypot(x - before[0], y - before[1])
+            new = fitted.fit.known < _KNOWN
+            if moved < _INSERT_M and abs(angle - before[2]) < _INSERT_RAD and not new:
                 return
-        self._inserted = (x, y, angle, at_s)
+        self._inserted[piece.lidar] = (x, y, angle)
         c, s = math.cos(angle), math.sin(angle)
         rotation = np.array(((c, s), (-s, c)))
         for m in (self._map, self._coarse):
             m.follow(x, y)
-            m.insert(points @ rotation + (x, y), layers_of(normals @ rotation), at_s)
+            places = fitted.points @ rotation + (x, y)
+            m.insert(places, layers_of(fitted.normals @ rotation), piece.at_s)
 
     def _estimate(self, yaw: float, found: Fit, doubts: tuple[str, ...]) -> Estimate:
         assert self._time_s is not None

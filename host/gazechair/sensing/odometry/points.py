@@ -24,7 +24,7 @@ class Piece:
 
     `directions_deg`: in the chair's frame, left positive. `distances_m`: 0 = no return.
     `origin_m`: the lidar's position. `times_s`: monotonic. `per_turn`: measurements in a turn.
-    `lidar`: its index in the configuration.
+    `lidar`: its index in the configuration. `as_of_s`: see `at_s`.
     """
 
     directions_deg: FloatArray
@@ -33,19 +33,25 @@ class Piece:
     origin_m: tuple[float, float]
     per_turn: int
     lidar: int = 0
+    as_of_s: float | None = None
 
     @property
     def middle_s(self) -> float:
-        """Time to which its estimate refers."""
+        """The middle of its times."""
         return 0.5 * float(self.times_s[0] + self.times_s[-1])
+
+    @property
+    def at_s(self) -> float:
+        """Time to which its points are moved and its estimate refers; the middle if not set."""
+        return self.middle_s if self.as_of_s is None else self.as_of_s
 
 
 def seen_points(
     piece: Piece, headings_rad: FloatArray, speed_m_s: float, sideways_m_s: float
 ) -> tuple[FloatArray, FloatArray]:
-    """(points, normals towards the lidar), (N, 2) each, in the chair's frame of the piece's middle.
+    """(points, normals towards the lidar), (N, 2) each, in the chair's frame at `piece.at_s`.
 
-    `headings_rad`: the chair's heading at each measurement, relative to the piece's middle.
+    `headings_rad`: the chair's heading at each measurement, relative to then.
     """
     usable = np.flatnonzero(piece.distances_m >= _NEAREST_M)
     group = max(1, piece.per_turn // _PER_TURN)
@@ -61,7 +67,7 @@ def seen_points(
     aside = half_turn_deg(piece.directions_deg[groups] - piece.directions_deg[at][:, None])
     direction = piece.directions_deg[at] + (aside * near).sum(axis=1) / near.sum(axis=1)
     angle, turned = np.radians(direction), headings_rad[at]
-    after_s = piece.times_s[at] - piece.middle_s
+    after_s = piece.times_s[at] - piece.at_s
     x = piece.origin_m[0] + distance * np.cos(angle)
     y = piece.origin_m[1] + distance * np.sin(angle)
     c, s = np.cos(turned), np.sin(turned)

@@ -6,18 +6,15 @@ import math
 from collections import deque
 from dataclasses import replace
 from itertools import takewhile
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.heading_steps import HeadingSteps
+from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.seen import Outputs
 from gazechair.sensing.odometry.speed_by_command import CHANGED_S, DEAD_S
-
-if TYPE_CHECKING:
-    from gazechair.sensing.odometry.odometry import Motion
 
 OLD_S = 0.3  # a heading, and one report without another
 _KEPT_S = 3.0  # of motion

@@ -10,11 +10,11 @@ from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import Status
-from gazechair.config.configuration import LidarConfig
+from gazechair.config.settings import LidarConfig
 from gazechair.sensing.odometry import doubts
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox_service import InboxService
 from gazechair.sensing.odometry.obeys import Obeys
-from gazechair.sensing.odometry.odometry import Estimate
 
 LOST = "odometry_lost"
 UNSURE = "odometry_unsure"

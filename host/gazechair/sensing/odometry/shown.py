@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gazechair.base.latest_value import Entry
 from gazechair.sensing.odometry.doubts import UNSURE
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 OLD_S = 0.5
 _UNSURE_M_S = 0.15  # a standard deviation

@@ -66,8 +66,10 @@ class SpeedByCommand:
 
     def judge(self, change_m_s: float | None, dt_s: float) -> None:
         """Compare the last prediction with how the speed has really changed; None: not seen."""
-        if math.isinf(self._surprise_m_s2) or dt_s <= 0.0:
+        if math.isinf(self._surprise_m_s2):
             return
-        off = 0.0 if change_m_s is None else (change_m_s - self._expected_m_s) / dt_s
-        share = 1.0 - math.exp(-dt_s / _SURPRISE_S)
-        self._surprise_m_s2 += (off - self._surprise_m_s2) * share
+        off_m_s = 0.0 if change_m_s is None else change_m_s - self._expected_m_s
+        fades = math.exp(-dt_s / _SURPRISE_S)
+        # Of two lidars in step, the second one's change is at once.
+        share_s = (1.0 - fades) / dt_s if dt_s > 0.0 else 1.0 / _SURPRISE_S
+        self._surprise_m_s2 = self._surprise_m_s2 * fades + off_m_s * share_s

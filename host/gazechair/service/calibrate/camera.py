@@ -13,7 +13,7 @@ from pathlib import Path
 from gazechair.base.health import Health
 from gazechair.base.output_file import write_output
 from gazechair.base.state_folder import state_folder
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.picture.camera import CameraService
 from gazechair.picture.floor_calibration import Calibration, Tap
 from gazechair.picture.floor_store import FloorStore

@@ -8,7 +8,7 @@ from gazechair.base.latest_value import Entry
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardState
 from gazechair.sensing.odometry.doubts import LATE, STUCK, UNSURE
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.service.tune import TuneError
 from gazechair.service.tune.armed_session import ArmedSession, Hands
 from gazechair.service.tune.forward import ForwardRecording

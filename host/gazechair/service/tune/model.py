@@ -179,15 +179,19 @@ def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
     ramps = ((up, loose), (-up, rising), (-down, pulses.seconds), (down, zero))
 
     def at(t: Floats) -> tuple[Floats, Floats]:
-        x = np.maximum(0.0, t - loose)
-        gone = 1.0 - np.exp(-x / lag)
-        way, rate = jump * (x - lag * gone), jump * gone
+        # A ramp turns slope * x**2 / 2 less lag times the rate that it has led to. What is left of
+        # the lags, exp(-x / lag), differs by factors only: an exponential takes the longest.
+        left = np.exp((pulses.seconds - t) / lag)
+        squares, rate = np.zeros_like(t), np.zeros_like(t)
         for slope, begin in ramps:
             x = np.maximum(0.0, t - begin)
-            gone = 1.0 - np.exp(-x / lag)
-            way = way + slope * (0.5 * x * x - lag * x + lag * lag * gone)
-            rate = rate + slope * (x - lag * gone)
-        return way, rate
+            gone = 1.0 - np.minimum(1.0, left * np.exp((begin - pulses.seconds) / lag))
+            if begin is loose:
+                jumped = jump * gone
+                way = jump * x - lag * jumped
+            rate += slope * (x - lag * gone)
+            squares += 0.5 * slope * x * x
+        return way + squares - lag * rate, rate + jumped
 
     t = pulses.time_s - u[:, DEAD] - late_s
     held = zero + lag * np.log(np.maximum(1.0, at(zero)[1] / _STILL_DPS))
@@ -200,16 +204,17 @@ def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
 
 def _casters(u: Floats, wheels: Floats, left: NDArray[np.bool_]) -> Floats:
     """How far they have swung, as a fraction, in the direction of each pulse."""
-    lie = u[:, LIE]  # 0: as after turning right, 1: as after turning left; sets x 1 x 1
-    way_deg = np.exp(u[:, CASTER_WAY])
-    out = np.empty_like(wheels)
+    lie = u[:, LIE, :, 0]  # 0: as after turning right, 1: as after turning left; sets x 1
+    part = wheels / np.exp(u[:, CASTER_WAY])
+    start = np.empty_like(part[:, :, :1])
     for row in range(wheels.shape[1]):
-        start = np.clip(lie if left[row] else 1.0 - lie, 0.0, 1.0)[:, 0]
-        now = np.minimum(1.0, start + wheels[:, row] / way_deg[:, 0])
-        out[:, row] = 0.5 * (np.cos(np.pi * start) - np.cos(np.pi * now))
-        end = now[:, -1:, None]
+        start[:, row] = np.clip(lie if left[row] else 1.0 - lie, 0.0, 1.0)
+        end = np.minimum(1.0, start[:, row] + part[:, row, -1:])
         lie = end if left[row] else 1.0 - end
-    return out
+    now = start + part
+    cosine = np.full_like(now, -1.0)  # of those that have swung round
+    np.cos(np.pi * now, out=cosine, where=now < 1.0)
+    return np.asarray(0.5 * (np.cos(np.pi * start) - cosine))
 
 
 def angle_deg(numbers: TurnNumbers, deflection: float, pulse_s: float) -> float:

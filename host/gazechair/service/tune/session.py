@@ -17,7 +17,7 @@ from gazechair.base.state_folder import state_folder
 from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
-from gazechair.config.configuration import Config
+from gazechair.config.settings import Config
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys

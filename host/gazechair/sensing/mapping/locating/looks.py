@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between
 from gazechair.sensing.mapping.locating.map_match import Look, together
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
+from gazechair.sensing.odometry.odometry import OLDER_S
 from gazechair.sensing.odometry.points import Piece, seen_points
 
 _SAME_S = 1e-4
@@ -44,12 +45,14 @@ class Looks:
         """Take an estimate; True: `seen` gives what was seen at its pose."""
         if self._known and self._known[-1][1].track != estimate.track:
             self._known.clear()
-        for at, piece in enumerate(self._pieces):
-            if abs(piece.middle_s - estimate.time_s) < _SAME_S:
-                del self._pieces[at]  # by index: another lidar's piece may have the same time
-                self._known.append((piece, estimate))
-                return True
-        return False
+        older_s = [estimate.time_s - piece.middle_s for piece in self._pieces]
+        near = [at for at, one_s in enumerate(older_s) if -_SAME_S < one_s < OLDER_S + _SAME_S]
+        if not near:
+            return False
+        at = min(near, key=lambda at: older_s[at])
+        self._known.append((replace(self._pieces[at], as_of_s=estimate.time_s), estimate))
+        del self._pieces[at]
+        return True
 
     @property
     def newest(self) -> Estimate:

@@ -22,7 +22,9 @@ _FLAT = 5.0  # a surface's length in proportion to its depth, variances
 _SAME_RAD = math.radians(15.0)  # a wall drawn in cells is rough
 _LIMIT = 4.0  # squared deviations: beyond, a point counts less
 _TOGETHER = 2.0  # errors of neighbouring points are correlated: this many count as one
-_LEAST = 1600.0  # 1/m^2: with less, a direction is open
+# 1/m^2, and a share of the direction determined best: with less, a direction is open. A wall that
+# is drawn on a cell's edge has rough cells, and the more points it has, the more lie on those.
+_LEAST, _LEAST_SHARE = 1600.0, 0.01
 _WEAK = 0.05  # of the direction determined best: what little there is may be overlooked
 # The pose is wrong if elsewhere along a weak direction so many more points, and such a share, lie
 # on known surfaces.
@@ -68,7 +70,8 @@ def told(grid: NdtGrid, look: Look, pose: FloatArray) -> Told:
     )
     found, axes = np.linalg.eigh(firm)
     by_one = apart.Constraints(rows, at, strength / _TOGETHER).open_axes()
-    open_axes, weak_axes = axes.T[found < _LEAST], axes.T[found < _WEAK * found[1]]
+    open_axes = axes.T[found < max(_LEAST, _LEAST_SHARE * found[1])]
+    weak_axes = axes.T[found < _WEAK * found[1]]
     return Told(information, open_axes, np.array(by_one).reshape(-1, 2), weak_axes)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from gazechair.base import json_text
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between, compose
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.estimate import Estimate
 
 CONFIRMED_S = 1.0  # a fix counts for this long; mapping looks ten times a second
 _DRIFT = 0.02  # error of odometry alone: m per m, and degrees per degree
