@@ -161,7 +161,7 @@ class Ways:
         tight = footprint.margins.side_m < _GAPS_M[0]
         self._gaps_m = _TIGHT_GAPS_M if tight else _GAPS_M
         self._later_m = _TIGHT_LATER_M if tight else _LATER_M
-        self._costs_to_end = _TIGHT_ENDS if tight else _ENDS
+        self._ends = _TIGHT_ENDS if tight else _ENDS
         self._half_m = float(np.abs(every[:, 1]).max())
         self._front_m = float(every[:, 0].max())
 
@@ -204,7 +204,7 @@ class Ways:
         may_first = may & (left > _DIRECTIONS) & (-right < _DIRECTIONS)
         if shut:
             may_first &= np.abs(_DIRECTIONS) >= _ELSEWHERE_RAD
-        costs = self._later_m, self._costs_to_end
+        costs = self._later_m, self._ends
         scores = _Scores(free, off_pointed, may, may_first, before, *costs)
         ways = [scores.one_leg()]
         ways += [scores.two_legs(sign * deg) for deg in _SHIFTS_DEG for sign in (1, -1)]
