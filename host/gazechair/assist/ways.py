@@ -23,7 +23,12 @@ _TIGHT_GAPS_M = (0.004, 0.012, 0.024, 0.06)  # for a chair without side margin
 _WORTH = (0.35, 0.3, 0.2, 0.15)
 _WORTH_ALL = sum(_WORTH)
 _SAFE = 1  # index of the gap with which a corridor needs no correction
-_TURN, _TURN_BACK, _OFF_POINTED = 0.5, 0.25, 0.7  # cost of a radian, metres
+_TURN, _OFF_POINTED = 0.5, 0.7  # cost of a radian, metres
+# A turn after a leg of these lengths costs so much less; a nearer one is not put off for that.
+_LATER_M, _LATER = (0.3, 1.0), (0.0, 0.25)
+_ENDS_M, _ENDS = 0.7, 1.0  # cost of each metre less than this free in the last direction
+# For a chair without side margin: both lead it off the line into narrow doors.
+_TIGHT_LATER_M, _TIGHT_ENDS = (-1.0, 0.0), 0.0
 _SHIFT = 0.25  # cost of a metre aside, metres
 _ELSEWHERE_RAD = math.radians(4.0)  # with straight on shut, a way begins at least this far off
 _BETTER_M = 0.12  # a way must beat straight on by this much
@@ -84,6 +89,10 @@ class _Scores:
     may_first: BoolArray
     """Whether the chair may also turn there first."""
     before: Way | None
+    later_m: tuple[float, float]
+    """See _LATER_M."""
+    ends: float
+    """See _ENDS."""
 
     def straight_on(self) -> float:
         """Of the present direction."""
@@ -109,11 +118,11 @@ class _Scores:
         towards = np.cos(self.off_pointed)
         score = self._worth([one[:, columns] for one in self.free_m], gone_m)
         score += _WORTH_ALL * first_m * towards[first][:, None]
+        score -= self._ends(self.free_m[0][:, columns] - gone_m)
         score -= (
-            _TURN * np.abs(_DIRECTIONS[first])
-            + _TURN_BACK * shift
-            + _OFF_POINTED * self.off_pointed
+            _TURN * np.abs(_DIRECTIONS[first]) + _TURN * shift + _OFF_POINTED * self.off_pointed
         )[:, None] + _SHIFT * aside_m
+        score += shift * np.interp(first_m, self.later_m, _LATER)
         possible = (there & self.may_first[first] & self.may)[:, None]
         possible = possible & (first_m + 0.05 <= self.free_m[0][first, _OWN][:, None])
         possible &= (first_m >= _SHORTEST_M) & (first_m <= _LEG_M)
@@ -125,7 +134,12 @@ class _Scores:
 
     def _alone(self) -> FloatArray:
         score = self._worth([one[:, [_OWN]] for one in self.free_m], np.zeros(()))[:, 0]
+        score -= self._ends(self.free_m[0][:, _OWN])
         return score - (_TURN * np.abs(_DIRECTIONS) + _OFF_POINTED * self.off_pointed)
+
+    def _ends(self, free_m: FloatArray) -> FloatArray:
+        # Cost of a way that ends soon.
+        return np.asarray(self.ends * np.clip(_ENDS_M - free_m, 0.0, _ENDS_M))
 
     def _as_before(self) -> BoolArray:
         assert self.before is not None
@@ -144,7 +158,10 @@ class Ways:
     def __init__(self, footprint: Footprint) -> None:
         every = np.concatenate(footprint.parts)
         self._footprint = footprint
-        self._gaps_m = _GAPS_M if footprint.margins.side_m >= _GAPS_M[0] else _TIGHT_GAPS_M
+        tight = footprint.margins.side_m < _GAPS_M[0]
+        self._gaps_m = _TIGHT_GAPS_M if tight else _GAPS_M
+        self._later_m = _TIGHT_LATER_M if tight else _LATER_M
+        self._ends = _TIGHT_ENDS if tight else _ENDS
         self._half_m = float(np.abs(every[:, 1]).max())
         self._front_m = float(every[:, 0].max())
 
@@ -187,7 +204,8 @@ class Ways:
         may_first = may & (left > _DIRECTIONS) & (-right < _DIRECTIONS)
         if shut:
             may_first &= np.abs(_DIRECTIONS) >= _ELSEWHERE_RAD
-        scores = _Scores(free, off_pointed, may, may_first, before)
+        costs = self._later_m, self._ends
+        scores = _Scores(free, off_pointed, may, may_first, before, *costs)
         ways = [scores.one_leg()]
         ways += [scores.two_legs(sign * deg) for deg in _SHIFTS_DEG for sign in (1, -1)]
         straight = -1.0 if shut else scores.straight_on()

@@ -66,3 +66,19 @@ def test_a_door_far_off_where_the_driver_points_is_not_meant():
 def test_a_chair_that_may_not_turn_is_not_told_to():
     way = choose(door(0.90, 1.2, 0.25), turns_deg=(1.0, 1.0))
     assert way is None or abs(way.first_rad) <= math.radians(4.0)
+
+
+@pytest.mark.parametrize("near_m", [2.0, 2.5])
+def test_a_turn_along_a_wall_that_comes_nearer_is_not_put_off(near_m):
+    slope = math.tan(math.radians(20.0))
+    way = choose(wall(near_m - 4.0, -4.0 * slope, near_m + 3.0, 3.0 * slope))
+    assert way is not None
+    assert way.first_rad > math.radians(10.0)
+    assert way.then_rad > math.radians(10.0)
+
+
+def test_before_a_wall_that_ends_beside_the_way_it_leads_past_its_end():
+    past = np.concatenate((wall(1.15, -3.0, 1.15, 0.0), wall(1.8, 0.0, 1.8, 3.0)))
+    way = choose(np.concatenate((past, wall(-1.0, -0.5, 1.15, -0.5))))
+    assert way is not None
+    assert way.then_rad > math.radians(15.0)
