@@ -42,7 +42,7 @@ _OCTAGON = np.arange(8) * math.pi / 4.0
 
 
 class ArcReach:
-    """The tables of one footprint; get it from `arc_reach`, which caches them."""
+    """The tables of one footprint; `arc_reach` caches those for any point."""
 
     def __init__(self, footprint: Footprint, only_m: FloatArray | None = None) -> None:
         """`only_m`: the points that will be asked for; None: any."""
@@ -175,8 +175,12 @@ def _kept(corners: tuple[tuple[float, float], ...], margins: Margins) -> ArcReac
 
 def arc_reach(footprint: Footprint) -> ArcReach:
     """The tables of that footprint: computed once, in some tenths of a second, and cached."""
-    corners = tuple((float(x), float(y)) for x, y in footprint.body)
-    return _kept(corners, footprint.margins)
+    return _kept(corners_of(footprint), footprint.margins)
+
+
+def corners_of(footprint: Footprint) -> tuple[tuple[float, float], ...]:
+    """The outline's corners, as a key of what is cached for it."""
+    return tuple((float(x), float(y)) for x, y in footprint.body)
 
 
 class _Grid:

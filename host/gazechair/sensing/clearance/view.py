@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import FloatArray, Footprint, Margins, inside
-from gazechair.sensing.clearance.arcs import ArcReach
+from gazechair.sensing.clearance.arcs import ArcReach, Bytes, corners_of
 from gazechair.sensing.clearance.sweeps import Sweeps
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.blind import BINS, BLIND, SEEN
@@ -24,16 +25,8 @@ class SweepView:
     """The sweeps of one footprint, within the stop zone, as the lidars at `origins_m` see them."""
 
     def __init__(self, footprint: Footprint, origins_m: Sequence[tuple[float, float]]) -> None:
-        body = footprint.body
-        low, high = body.min(axis=0) - _BORDER_M, body.max(axis=0) + _BORDER_M
-        xs, ys = (np.arange(low[k], high[k], _CELL_M) for k in (0, 1))
-        cells = np.stack(np.meshgrid(xs, ys), axis=2).reshape(-1, 2)
-        self._cells = cells = cells[~inside(body, cells)]
+        self._cells, self._contacts, self._ways = _cells_round(corners_of(footprint))
         self._origins_m = tuple(origins_m)
-        no_margins = Margins(0.0, 0.0, 0.0)
-        self._contacts = Sweeps(Footprint(body.tolist(), no_margins)).contacts(cells)
-        reach = ArcReach(Footprint(body.tolist(), no_margins), cells)
-        self._ways = reach.ways(cells, self._contacts)
         self.use(UNKNOWN)
 
     def use(self, zone: StopZone) -> None:
@@ -68,6 +61,21 @@ class SweepView:
             both = blind | unseen << arcs.QUADRANTS
             self._judged = (same, (*_dark(self._bins, states), both))
         return self._judged[1]
+
+
+@lru_cache(maxsize=8)
+def _cells_round(
+    corners: tuple[tuple[float, float], ...],
+) -> tuple[FloatArray, FloatArray, Bytes]:
+    """The cells round an outline, their contacts by Sweeps, and the ways along arcs to them."""
+    footprint = Footprint(corners, Margins(0.0, 0.0, 0.0))
+    body = footprint.body
+    low, high = body.min(axis=0) - _BORDER_M, body.max(axis=0) + _BORDER_M
+    xs, ys = (np.arange(low[k], high[k], _CELL_M) for k in (0, 1))
+    cells = np.stack(np.meshgrid(xs, ys), axis=2).reshape(-1, 2)
+    cells = cells[~inside(body, cells)]
+    contacts = Sweeps(footprint).contacts(cells)
+    return cells, contacts, ArcReach(footprint, cells).ways(cells, contacts)
 
 
 def _bins(swept_m: FloatArray, origins_m: Sequence[tuple[float, float]]) -> NDArray[np.int64]:
