@@ -169,12 +169,17 @@ def _jsdoc(lines: list[str], at: int) -> str:
     return ""
 
 
+def _texts(patterns: Iterable[str]) -> dict[Path, str]:
+    files = [file for pattern in patterns for file in sorted(ROOT.glob(pattern))]
+    return {file: file.read_text() for file in files}
+
+
 class Mentions:
     """Which files name a word."""
 
     def __init__(self, *patterns: str) -> None:
-        files = [file for pattern in patterns for file in sorted(ROOT.glob(pattern))]
-        self._words = {file: set(re.findall(r"\w+", file.read_text())) for file in files}
+        texts = _texts(patterns)
+        self._words = {file: set(re.findall(r"\w+", text)) for file, text in texts.items()}
 
     def of(self, word: str, without: Iterable[Path] = ()) -> list[Path]:
         """The files that name it, except those."""
@@ -186,8 +191,7 @@ class SettingMentions:
     """Which files name a setting as one: some are called as other things are, too."""
 
     def __init__(self, *patterns: str) -> None:
-        files = [file for pattern in patterns for file in sorted(ROOT.glob(pattern))]
-        texts = {file: file.read_text() for file in files}
+        texts = _texts(patterns)
         self._texts = {file: text for file, text in texts.items() if "settings" in text}
 
     def of(self, name: str) -> list[Path]:
@@ -249,10 +253,8 @@ def render() -> str:
         f"`{_short(_SETTINGS)}`; `gazechair settings` reads and changes them.",
     ]
     lines = _SETTINGS.read_text().splitlines()
-    used, tested = (
-        SettingMentions("firmware/**/*.py", "host/**/*.py"),
-        SettingMentions("tests/**/*.py"),
-    )
+    used = SettingMentions("firmware/**/*.py", "host/**/*.py")
+    tested = SettingMentions("tests/**/*.py")
     general = [_setting(row, lines, used, tested) for row in TABLE[:_GENERAL]]
     parts.append(
         table(("Setting", "Default", "Range", "Meaning", "Used in", "Named by tests"), general)

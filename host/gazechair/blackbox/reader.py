@@ -94,7 +94,7 @@ class LogFile:
                 )
 
     def length_s(self) -> float:
-        """Seconds from the first to the last message; checks each chunk, parses none. OSError."""
+        """Seconds from the first to the last message; checks each chunk, parses none."""
         first_ns, self._latest_ns = 0, 0
         for record in self._records(_checked):
             if isinstance(record, Chunk):

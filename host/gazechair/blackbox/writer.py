@@ -65,9 +65,8 @@ def ages_s(times_s: Sequence[float], now_s: float, trusted: bool) -> list[float]
 def states(paths: Sequence[Path]) -> Iterator[tuple[Path, os.stat_result]]:
     """Those of `paths` that are files, with size and times."""
     for path in paths:
-        with contextlib.suppress(
-            OSError
-        ):  # somebody has just deleted it, or it is a link to itself
+        # Somebody has just deleted it, or it is a link to itself.
+        with contextlib.suppress(OSError):
             state = path.stat()
             if stat.S_ISREG(state.st_mode):
                 yield path, state

@@ -12,8 +12,8 @@ import pytest
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.motion import Motion
-from gazechair.sensing.odometry.odometry import OLDER_S, Odometry
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.odometry.odometry import Odometry
+from gazechair.sensing.odometry.points import OLDER_S, Piece
 from gazesim.homes import Home
 
 Array = np.ndarray

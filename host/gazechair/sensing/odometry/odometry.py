@@ -34,7 +34,7 @@ from gazechair.sensing.odometry.match import (
 )
 from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.mounting import Mounting, Stand
-from gazechair.sensing.odometry.points import Piece, seen_points
+from gazechair.sensing.odometry.points import OLDER_S, Piece, seen_points
 from gazechair.sensing.odometry.prediction import predict
 from gazechair.sensing.odometry.progress import Progress
 from gazechair.sensing.odometry.repeated import repeats
@@ -51,8 +51,6 @@ _MATCHED = 0.5
 _STEP_S, _STEP_NEAR_S, _STEP_FREE_RAD, _STEP_MATCHED = 0.3, 0.01, math.radians(5.0), 0.1
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
 _SILENT_S = 0.2  # of a lidar, or age of its scans
-OLDER_S = 0.03
-"""By this much a piece may be older than another lidar's; the chair's speed tells the motion."""
 _GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
 _STOOD_M_S = 0.03
 

@@ -17,6 +17,9 @@ _NEIGHBOUR_M = 0.35  # points farther apart are not on one surface
 _THIN_M = 0.05
 _LINE_M, _BEYOND = 0.05, 3.0  # off a line through neighbours; past its end, in its lengths
 
+OLDER_S = 0.03
+"""By this much a piece may be older than another lidar's; the chair's speed tells the motion."""
+
 
 @dataclass(frozen=True)
 class Piece:

@@ -12,8 +12,7 @@ from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between
 from gazechair.sensing.mapping.locating.map_match import Look, together
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.odometry import OLDER_S
-from gazechair.sensing.odometry.points import Piece, seen_points
+from gazechair.sensing.odometry.points import OLDER_S, Piece, seen_points
 
 _SAME_S = 1e-4
 _TURN_S = 0.11  # of a lidar, with some slack
