@@ -23,8 +23,10 @@ StartResponse = Callable[..., Any]
 
 DEVICE = "gazechair.device"
 _LIBRARY_SOCKET = "werkzeug.socket"  # where flask-sock looks for the connection
-_PUBLIC = ("/pair", "/me", "/authority.crt", "/static/pair.js", "/static/pair.css")
-_PUBLIC_TOO = ("/static/icon.svg", "/static/strings.js")
+_PUBLIC = (
+    *("/pair", "/me", "/authority.crt", "/static/pair.js", "/static/pair.css"),
+    *("/static/icon.svg", "/static/strings.js"),
+)
 _PUBLIC_FOLDER = "/strings/"
 PAGES = ("/", "/caretaker")
 _MOST_COOKIES = 200  # browsers keep fewer per host
@@ -94,7 +96,7 @@ def is_upgrade(environ: Environ) -> bool:
 
 def is_public(path: str) -> bool:
     """True for the pairing page and the few files it needs."""
-    return path in _PUBLIC or path in _PUBLIC_TOO or path.startswith(_PUBLIC_FOLDER)
+    return path in _PUBLIC or path.startswith(_PUBLIC_FOLDER)
 
 
 def token_in(environ: Environ, cookie_name: str) -> str:

@@ -30,7 +30,7 @@ from gazechair.web import (
     profile_routes,
     settings_routes,
 )
-from gazechair.web.answers import answer, refuse
+from gazechair.web.answers import Refused, answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control_sockets import ControlHub
 from gazechair.web.guard import DEVICE, Guard
@@ -177,6 +177,10 @@ class WebServer:
                 return refuse(404, "not_connected", "this host does not encrypt")
             text = self._certificate.authority.read_bytes()
             return Response(text, mimetype="application/x-x509-ca-cert")
+
+        @app.errorhandler(Refused)
+        def refused(error: Refused) -> Response:
+            return error.response()
 
         @app.errorhandler(HTTPException)
         def failed(error: HTTPException) -> Response:
