@@ -148,7 +148,7 @@ class _Run:
         self._sought_s = 0.0
         self._grid = grid
         self._waited_s = 0.0
-        self._seen_now = self._plainly = False
+        self._plainly = False
         self._off_s = self._unseen_s = 0.0
         self._judged = Judged()
         self._said = Followed(State.NOBODY, STOP, None)
@@ -225,7 +225,6 @@ class _Run:
         pose = self._chair.pose
         true = np.array((pose.x_m, pose.y_m, math.radians(pose.heading_deg)))
         scan, seen = self._scan(true, at_s)
-        self._seen_now = seen
         known = self._known(true)
         begin_s = time.process_time()
         self._said = said = self._follower.look(scan, known)

@@ -21,7 +21,7 @@ from gazeboard.core.stopping import Stopping
 from gazechair.base.footprint import Footprint
 from gazechair.board.board_commands import Clearance
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.costmap import Costmap, costmap_of
+from gazechair.going.costmap import costmap_of
 from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import ARRIVED, BLOCKED, Mission, Planned
 from gazechair.going.plan import Planner, Pose, Way
@@ -115,8 +115,6 @@ class Go:
         seed: int = 1,
         chair: Chair | None = None,
         no_go: tuple[Any, ...] = (),
-        costmap: Costmap | None = None,
-        rays: int = RAYS,
     ) -> None:
         self.room = room
         self.seed = seed
@@ -137,13 +135,12 @@ class Go:
         self._settings, self._trusted = settings, False
         self._permitted = Stopping(settings, codes.DIR_FORWARD, False).auto
         footprint = Footprint()
-        if costmap is None:
-            costmap = costmap_of(grid, footprint, no_go)
+        costmap = costmap_of(grid, footprint, no_go)
         self.mission = Mission(
             costmap, Planner(costmap, lidars == "two lidars"), self.numbers, footprint, self._submit
         )
         mounts = MOUNTS[lidars]
-        self._eyes = [HalfTurnEye(m, room, _NOISE_M, seed + k, rays) for k, m in enumerate(mounts)]
+        self._eyes = [HalfTurnEye(m, room, _NOISE_M, seed + k, RAYS) for k, m in enumerate(mounts)]
         self._blindness = [Blindness() for _ in mounts]
         origins = [(m.pose.x_m, m.pose.y_m) for m in mounts]
         self._evaluate = Evaluator(footprint, origins)

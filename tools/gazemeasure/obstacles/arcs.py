@@ -134,7 +134,6 @@ class ArcRun:
         seed: int,
         ruled: bool = True,
         body: Body | None = None,
-        settings: dict[str, int] | None = None,
         one_lidar: bool = False,
     ) -> None:
         self._task = wanted
@@ -143,7 +142,7 @@ class ArcRun:
         self.chair.place(*wanted.room.start)
         self.chair.step(_STEP_S, (0.0, 0.0))
         numbers = {"linear_permille": _FULL, "turn_permille": _FULL}
-        made = settings_with({"profile": PROFILES.index(profile), **numbers, **(settings or {})})
+        made = settings_with({"profile": PROFILES.index(profile), **numbers})
         self._inputs: Any = Inputs()
         self._inputs.cap_permille = _FULL
         self._obstacles: Any = Obstacles(made)

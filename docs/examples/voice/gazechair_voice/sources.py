@@ -19,7 +19,6 @@ from gazechair.plugins import Unusable
 
 RATE = 16_000
 MOST_RATE = 192_000
-BYTES_PER_S = 2 * RATE
 WAIT_S = 0.1
 SILENT_S = 1.0  # a microphone that sends nothing for so long is gone
 CHUNK = 1 << 20
