@@ -16,9 +16,10 @@ from pathlib import Path
 import pytest
 
 from gazechair.base.child_process import END
+from gazechair.base.child_records import RecordWriter
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Latest
-from gazechair.base.supervisor import RecordWriter, Status
+from gazechair.base.supervisor import Status
 from gazechair.blackbox import child, recorder
 from gazechair.blackbox.reader import LogFile
 from gazechair.blackbox.recorder import BlackBox
