@@ -16,7 +16,7 @@ from gazechair.people.pairing import Device
 from gazechair.people.pairing.store import ROLES
 from gazechair.web.handler import CONNECTION, EARLY, FILE, SETTLE
 from gazechair.web.processor_share import Shares, write_off
-from gazechair.web.sockets import Arrivals, BadHandshake, Line, handshake
+from gazechair.web.websocket import Arrivals, BadHandshake, Line, handshake
 
 Environ = dict[str, Any]
 StartResponse = Callable[..., Any]

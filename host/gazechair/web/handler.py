@@ -19,8 +19,8 @@ from gazechair.web.connection import Connection, Patience, PlainConnection
 from gazechair.web.connection_limits import OpenConnections
 from gazechair.web.head import MOST_BODY_BYTES, MOST_HEAD_BYTES, Head, HeadRefused, parse
 from gazechair.web.processor_share import Crowded, Shares
-from gazechair.web.sockets import tune
 from gazechair.web.tls_socket import TlsSocket
+from gazechair.web.websocket import tune
 
 SETTLE = "gazechair.settle"  # in a request's environ: keeps the connection, OpenConnections.settle
 CONNECTION = "gazechair.connection"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from gazechair.base.rate_limit import RateLimit
 from gazechair.driving.driver_port import DriverPort, Message
 from gazechair.people.pairing import Device
-from gazechair.web.sockets import CLOSE_GOING_AWAY, WebSocket
+from gazechair.web.websocket import CLOSE_GOING_AWAY, WebSocket
 
 MAX_MESSAGE = 256
 MESSAGES_PER_S = 100

@@ -17,7 +17,7 @@ from gazechair.people.pairing import Device
 from gazechair.picture import Pacing, Reducer
 from gazechair.picture.camera import Frame
 from gazechair.web.role_limits import ConnectedPage, Full, makes_way
-from gazechair.web.sockets import CLOSE_POLICY, CLOSE_TRY_LATER, CLOSE_UNSUPPORTED, WebSocket
+from gazechair.web.websocket import CLOSE_POLICY, CLOSE_TRY_LATER, CLOSE_UNSUPPORTED, WebSocket
 
 PICTURES = {"driver": 3, "caretaker": 3, "viewer": 2}
 """Connections at a time, by role."""
@@ -29,7 +29,7 @@ _WAIT_S = 0.2
 throttled = ThrottledLog(logging.getLogger(__name__))
 
 
-class VideoHub:
+class PictureHub:
     """All picture sockets of one server."""
 
     def __init__(self, video: Latest[Frame] | None) -> None:
@@ -98,7 +98,7 @@ class _Viewer:
         self._in_flight = 0
         self._drawn = 0
         self._ended = False
-        self._sender = threading.Thread(target=self._send_all, name="web-video", daemon=True)
+        self._sender = threading.Thread(target=self._send_all, name="web-picture", daemon=True)
 
     def run(self) -> None:
         """Receive acknowledgements until the socket ends. Raises OSError."""
