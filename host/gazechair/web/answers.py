@@ -8,20 +8,21 @@ from typing import Any
 from flask import Response, request
 
 from gazechair.base import json_text
+from gazechair.base.refused import Refused
 from gazechair.people.pairing import Device
 from gazechair.web.guard import DEVICE
 
 
-class Refused(Exception):
+class RequestRefused(Refused):
     """Raised by a route; the server answers with `response`."""
 
     def __init__(self, status: int, reason: str, detail: str) -> None:
-        super().__init__(detail)
-        self._status, self._reason = status, reason
+        super().__init__(reason, detail)
+        self._status = status
 
     def response(self) -> Response:
         """The refusal to send."""
-        return refuse(self._status, self._reason, str(self))
+        return refuse(self._status, self.reason, str(self))
 
 
 def answer(content: dict[str, Any], status: int = 200) -> Response:
@@ -37,19 +38,19 @@ def refuse(status: int, reason: str, detail: str, **more: Any) -> Response:
 
 
 def only_caretaker() -> None:
-    """Raises Refused for a device that is not a caretaker's."""
+    """Raises RequestRefused for a device that is not a caretaker's."""
     device: Device = request.environ[DEVICE]
     if device.role != "caretaker":
-        raise Refused(403, "not_allowed", f"a {device.role} may not; only a caretaker")
+        raise RequestRefused(403, "not_allowed", f"a {device.role} may not; only a caretaker")
 
 
-def bad_request(detail: str) -> Refused:
+def bad_request(detail: str) -> RequestRefused:
     """To raise for a body that violates the contract."""
-    return Refused(400, "bad_message", detail)
+    return RequestRefused(400, "bad_message", detail)
 
 
 def file_of(kind: str) -> bytes:
-    """The request's body of this type, which another site's form cannot send. Refused."""
+    """The request's body of this type, which another site's form cannot send. RequestRefused."""
     told = request.environ.get("CONTENT_TYPE", "").partition(";")[0]
     if told.strip(" \t").lower() != kind:
         raise bad_request(f"send Content-Type: {kind}")
@@ -57,7 +58,7 @@ def file_of(kind: str) -> bytes:
 
 
 def body() -> dict[str, Any]:
-    """The request's JSON object. Raises Refused.
+    """The request's JSON object. Raises RequestRefused.
 
     Its type must be application/json, which another site's form cannot send.
     """
@@ -71,7 +72,7 @@ def body() -> dict[str, Any]:
 
 
 def text_in(content: dict[str, Any], key: str, most: int) -> str:
-    """The text `key` of 1..`most` characters. Raises Refused."""
+    """The text `key` of 1..`most` characters. Raises RequestRefused."""
     value = content.get(key)
     if not isinstance(value, str) or not 1 <= len(value) <= most:
         raise bad_request(f'"{key}" must be a text of 1..{most} characters')

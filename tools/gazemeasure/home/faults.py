@@ -85,7 +85,7 @@ def drove(job: Job) -> Drove:
     odometry, looks, atlas, done = Odometry(), Looks(), Atlas(), Drove()
     atlas.know({"a": grid})
     look_s = 0.0
-    for event in _events(driven, kind):
+    for event in _events(driven, kind, _SECONDS):
         if isinstance(event, Motion):
             odometry.motion(event)
             continue
@@ -122,10 +122,10 @@ def drove(job: Job) -> Drove:
     return done
 
 
-def _events(driven: Drive, kind: str) -> Iterator[Motion | Piece]:
+def _events(driven: Drive, kind: str, seconds: float) -> Iterator[Motion | Piece]:
     """The sensors' data, in the order of arrival."""
     late: deque[tuple[float, Piece]] = deque()
-    for event in driven.events(_SECONDS):
+    for event in driven.events(seconds):
         while late and late[0][0] <= driven.time_s:
             yield late.popleft()[1]
         wrong = driven.time_s >= _BEGINS_S
