@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from controlrig import FakeLink
+from fulldisk import full
 from gazechair.alerts import child
 from gazechair.alerts.book import (
     ANSWER_S,
@@ -186,9 +187,6 @@ def test_a_disk_that_is_full_while_an_alert_is_written_delays_nothing_but_the_di
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     house = House(tmp_path)
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
         patch.setattr("gazechair.base.state_folder.os.fsync", full)
