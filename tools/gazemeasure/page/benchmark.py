@@ -14,7 +14,7 @@ from typing import Any
 
 import gazesetup
 from gazedemo.browser import Driver, open_page
-from gazedemo.check import NEUTRAL, Check
+from gazedemo.check import Check
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
 from gazemeasure.page import floods
@@ -174,9 +174,9 @@ def _one(
     said = [at / 1000 - offset_s for at in seen["said"]]
     left = [at / 1000 - offset_s for at, name in seen["over"] if name == ""]
     entries = sim.do("wiper_log", since=mark)["entries"]
-    moved = _first(entries, said[0], moved=True) if said else None
+    moved = floods.first(entries, said[0], moved=True) if said else None
     left = [at for at in left if moved is not None and at > moved]
-    stopped = _first(entries, left[0], moved=False) if left else None
+    stopped = floods.first(entries, left[0], moved=False) if left else None
     if moved is None or stopped is None:
         samples.missed += 1
     elif probe.stalled(said[0], moved) or probe.stalled(left[0], stopped):
@@ -214,13 +214,6 @@ def _grace_ms(driver: Driver) -> float:
     answer: dict[str, Any] = driver.page.evaluate("async () => (await fetch('/profiles')).json()")
     mine = next(each for each in answer["profiles"] if each["id"] == answer["chosen"])
     return float(mine["leave_grace_ms"])
-
-
-def _first(entries: list[list[Any]], since_s: float, moved: bool) -> float | None:
-    for _number, time_s, linear, turn in entries:
-        if time_s >= since_s and ((linear, turn) != NEUTRAL) == moved:
-            return float(time_s)
-    return None
 
 
 def _ages(drawn: list[list[float]], samples: Samples) -> None:

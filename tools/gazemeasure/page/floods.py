@@ -101,8 +101,8 @@ def _drive(driver: RawDriver, sim: SimControl, probe: StallProbe, presses: int) 
         up_s = driver.release()
         time.sleep(_REST_S)
         entries = sim.do("wiper_log", since=mark)["entries"]
-        moved_s = _first(entries, down_s, moved=True)
-        stopped_s = _first(entries, up_s, moved=False)
+        moved_s = first(entries, down_s, moved=True)
+        stopped_s = first(entries, up_s, moved=False)
         if moved_s is None or stopped_s is None or moved_s > up_s:
             # The chair refuses to move on late scans, as on a machine that stalls.
             stalled = probe.stalled(down_s - _REST_S, up_s + _REST_S)
@@ -115,7 +115,8 @@ def _drive(driver: RawDriver, sim: SimControl, probe: StallProbe, presses: int) 
     return times
 
 
-def _first(entries: list[list[Any]], since_s: float, moved: bool) -> float | None:
+def first(entries: list[list[Any]], since_s: float, moved: bool) -> float | None:
+    """When the wipers first left neutral (`moved`), or were back there, after `since_s`."""
     for _number, time_s, linear, turn in entries:
         if time_s >= since_s and ((linear, turn) != NEUTRAL) == moved:
             return float(time_s)
