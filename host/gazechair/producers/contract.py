@@ -22,6 +22,12 @@ from gazechair.sensing.odometry.points import Piece
 
 STEP_S = 0.05
 """Period of the steps."""
+CHANGED = "going_changed"
+"""The reason of a press whose target no longer exists: a key of the string tables."""
+UNCALIBRATED = "camera_uncalibrated"
+"""The reason of a spot in the picture of a camera whose pose is not known."""
+KEPT_S = 60.0
+"""How long a chosen spot lasts without a press."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from gazelink.settings_table import PROFILES, TABLE
 from gazemeasure.go import missions, rows, scenes
 from gazemeasure.go import record as go_record
 from gazemeasure.go.missions import Job
-from gazemeasure.go.whole import Judge, Scene
+from gazemeasure.go.whole import MOVES_DEG_S, MOVES_M_S, Judge, Scene
 from gazemeasure.report import Report, percentile
 from gazemeasure.turn.board import settings_with
 from gazesim.chair import Chair
@@ -44,7 +44,6 @@ _QUICK = 3
 _BEFORE = "Eerst"
 _DRIVES_MS = 8000
 _LATEST_S = 10.0
-MOVES_M_S, MOVES_DEG_S = 0.05, 2.0
 _ROLLS_M_S, _AHEAD_RAD = 0.12, math.radians(30.0)
 _STRAIGHT_RAD = math.radians(5.0)  # a smaller turn is steered while driving
 _TICK_S, _SETTLES_S = 0.01, 3.0

@@ -39,6 +39,7 @@ from gazemeasure.obstacles.run import deliver, fastest
 from gazemeasure.turn.board import settings_with
 from gazesim.chair import Chair
 from gazesim.homes import Home
+from gazesim.lidar_noise import NOISE_M
 from gazesim.rooms import Room
 from gazesim.zone import zone_of
 
@@ -51,7 +52,6 @@ _PEOPLE_MS = 50
 _LATE_MS = 10
 _PLAN_MS = 300  # time that planning takes at least
 _TTL_MS = 150
-_NOISE_M = 0.006
 _FULL = 1000
 _NEAR_M = 0.6
 _WALK_M_S = 1.2
@@ -140,7 +140,7 @@ class Go:
             costmap, Planner(costmap, lidars == "two lidars"), self.numbers, footprint, self._submit
         )
         mounts = MOUNTS[lidars]
-        self._eyes = [HalfTurnEye(m, room, _NOISE_M, seed + k, RAYS) for k, m in enumerate(mounts)]
+        self._eyes = [HalfTurnEye(m, room, NOISE_M, seed + k, RAYS) for k, m in enumerate(mounts)]
         self._blindness = [Blindness() for _ in mounts]
         origins = [(m.pose.x_m, m.pose.y_m) for m in mounts]
         self._evaluate = Evaluator(footprint, origins)

@@ -27,6 +27,7 @@ from gazemeasure.obstacles.eyes import CORNERS, FRONT, Eye, Ours
 from gazemeasure.obstacles.run import MOVING_M_S, Outcome, deliver, fastest
 from gazemeasure.turn.board import settings_with
 from gazesim.chair import FRONT_M, HALF_WIDTH_M, REAR_M, Chair
+from gazesim.lidar_noise import NOISE_M
 from gazesim.random_rooms import task
 from gazesim.rooms import Room, Solid, box
 
@@ -34,7 +35,6 @@ _STEP_S = 0.01
 _LOOK_STEPS = 5
 _NEAR_M = 0.6
 _FULL = 1000
-_NOISE_M = 0.006
 _BEGIN_STEPS = 60  # the lidars' first turns, and the board's first look
 _REST_S = 4.0
 _AGAIN_S = 0.5  # after an override: until the next press
@@ -149,7 +149,7 @@ class ArcRun:
         self._motion: Any = Motion(made, turn_controller(made))
         self._trusted = bool(seed // 2 % 2)
         mounts = FRONT if one_lidar else CORNERS
-        self._eyes = [Eye(m, self._room, _NOISE_M, seed + k) for k, m in enumerate(mounts)]
+        self._eyes = [Eye(m, self._room, NOISE_M, seed + k) for k, m in enumerate(mounts)]
         self._rule = Ours(self._eyes) if ruled else None
         self._said: Clearance | None = None
         self._out = (0, 0)

@@ -30,7 +30,6 @@ _REST_S = 0.7
 _JITTER_S = 0.033
 _SETTLE_S = 6.0  # until the picture's size has settled
 _WAIT_S = 5.0
-_ENOUGH = 0.4  # of the presses must have met no stall of the machine
 _PATIENCE = 3  # times as many presses at most
 _THROTTLE = 6
 _WEIGHT_LIMIT_KB = 40.0
@@ -145,7 +144,7 @@ def _glances(driver: Driver, stack: Stack, probe: StallProbe, presses: int) -> S
     samples = Samples()
     driver.page.evaluate(TAKE)
     while samples.pressed < presses or (
-        len(samples.to_wipers) < presses * _ENOUGH and samples.pressed < _PATIENCE * presses
+        len(samples.to_wipers) < presses * floods.ENOUGH and samples.pressed < _PATIENCE * presses
     ):
         if driver.data("state") != "armed":
             check.arm()
@@ -237,7 +236,7 @@ def _report_glances(
     report.add(f"{name}: left -> neutral, p95", percentile(left, 0.95), "ms", 50 + add)
     delay = percentile(samples.event_delay, 0.95)
     report.add(f"{name}: browser's event delay, p95", delay, "ms")
-    report.add(f"{name}: samples", len(entered), "", presses * _ENOUGH, at_least=True)
+    report.add(f"{name}: samples", len(entered), "", presses * floods.ENOUGH, at_least=True)
     report.add(f"{name}: dropped (stalls)", 100 * samples.dropped / samples.pressed, "%")
     report.add(f"{name}: missed", samples.missed, "", max(1.0, samples.pressed * 0.05))
 

@@ -25,7 +25,8 @@ _REST_S = 0.35
 _BUILD_UP_S = 1.0
 _MOST_MS = 50.0
 _GROWTH_MB = 20.0
-_ENOUGH = 0.4  # of the presses must have met no stall of the machine
+ENOUGH = 0.4
+"""Share of the presses that must have met no stall of the machine."""
 _PATIENCE = 4  # times as many presses at most
 
 
@@ -90,7 +91,7 @@ def _attacked(stack: Stack, attack: str, cookie_name: str, cookie: str) -> Itera
 def _drive(driver: RawDriver, sim: SimControl, probe: StallProbe, presses: int) -> _Times:
     times = _Times()
     while times.pressed < presses or (
-        len(times.both) < 2 * presses * _ENOUGH and times.pressed < _PATIENCE * presses
+        len(times.both) < 2 * presses * ENOUGH and times.pressed < _PATIENCE * presses
     ):
         driver.arm()
         sim.do("teleport", x_m=0, y_m=0, heading_deg=0)
