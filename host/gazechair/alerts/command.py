@@ -22,8 +22,8 @@ from gazechair.config.settings import RouteConfig
 
 def add(commands: Any) -> None:
     """Add them to argparse's subparsers `commands`."""
-    alert = commands.add_parser("alert", help="whom to call when somebody is needed")
-    acts = alert.add_subparsers(title="commands", required=True, metavar="WHAT")
+    alert = commands.add_parser("alert", help="test the alert routes, list the alerts")
+    acts = alert.add_subparsers(title="actions", required=True, metavar="ACTION")
     test = acts.add_parser("test", help="send a test over every route, and print the results")
     listed = acts.add_parser("list", help="print the diary: every alert, and who was reached")
     test.set_defaults(act=_test)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def add(commands: Any) -> None:
     """Add them to argparse's subparsers `commands`."""
     log = commands.add_parser("log", help="read the black box")
-    acts = log.add_subparsers(title="commands", required=True, metavar="WHAT")
+    acts = log.add_subparsers(title="actions", required=True, metavar="ACTION")
     listed = acts.add_parser("list", help="list the files: when, how long, how large")
     shown = acts.add_parser("show", help="print what happened, in words")
     exported = acts.add_parser("export", help="print everything as JSON lines or CSV")

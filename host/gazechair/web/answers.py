@@ -13,7 +13,7 @@ from gazechair.people.pairing import Device
 from gazechair.web.guard import DEVICE
 
 
-class RequestRefused(Refused):
+class HttpRefused(Refused):
     """Raised by a route; the server answers with `response`."""
 
     def __init__(self, status: int, reason: str, detail: str) -> None:
@@ -38,19 +38,19 @@ def refuse(status: int, reason: str, detail: str, **more: Any) -> Response:
 
 
 def only_caretaker() -> None:
-    """Raises RequestRefused for a device that is not a caretaker's."""
+    """Raises HttpRefused for a device that is not a caretaker's."""
     device: Device = request.environ[DEVICE]
     if device.role != "caretaker":
-        raise RequestRefused(403, "not_allowed", f"a {device.role} may not; only a caretaker")
+        raise HttpRefused(403, "not_allowed", f"a {device.role} may not; only a caretaker")
 
 
-def bad_request(detail: str) -> RequestRefused:
+def bad_request(detail: str) -> HttpRefused:
     """To raise for a body that violates the contract."""
-    return RequestRefused(400, "bad_message", detail)
+    return HttpRefused(400, "bad_message", detail)
 
 
 def file_of(kind: str) -> bytes:
-    """The request's body of this type, which another site's form cannot send. RequestRefused."""
+    """The request's body of this type, which another site's form cannot send. HttpRefused."""
     told = request.environ.get("CONTENT_TYPE", "").partition(";")[0]
     if told.strip(" \t").lower() != kind:
         raise bad_request(f"send Content-Type: {kind}")
@@ -58,7 +58,7 @@ def file_of(kind: str) -> bytes:
 
 
 def body() -> dict[str, Any]:
-    """The request's JSON object. Raises RequestRefused.
+    """The request's JSON object. Raises HttpRefused.
 
     Its type must be application/json, which another site's form cannot send.
     """
@@ -72,7 +72,7 @@ def body() -> dict[str, Any]:
 
 
 def text_in(content: dict[str, Any], key: str, most: int) -> str:
-    """The text `key` of 1..`most` characters. Raises RequestRefused."""
+    """The text `key` of 1..`most` characters. Raises HttpRefused."""
     value = content.get(key)
     if not isinstance(value, str) or not 1 <= len(value) <= most:
         raise bad_request(f'"{key}" must be a text of 1..{most} characters')

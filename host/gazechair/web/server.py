@@ -30,7 +30,7 @@ from gazechair.web import (
     profile_routes,
     settings_routes,
 )
-from gazechair.web.answers import RequestRefused, answer, refuse
+from gazechair.web.answers import HttpRefused, answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control_sockets import ControlHub
 from gazechair.web.guard import DEVICE, Guard
@@ -178,8 +178,8 @@ class WebServer:
             text = self._certificate.authority.read_bytes()
             return Response(text, mimetype="application/x-x509-ca-cert")
 
-        @app.errorhandler(RequestRefused)
-        def refused(error: RequestRefused) -> Response:
+        @app.errorhandler(HttpRefused)
+        def refused(error: HttpRefused) -> Response:
             return error.response()
 
         @app.errorhandler(HTTPException)
