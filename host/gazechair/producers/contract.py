@@ -22,10 +22,8 @@ from gazechair.sensing.odometry.points import Piece
 
 STEP_S = 0.05
 """Period of the steps."""
-CHANGED = "going_changed"
-"""The reason of a press whose target no longer exists: a key of the string tables."""
-UNCALIBRATED = "camera_uncalibrated"
-"""The reason of a spot in the picture of a camera whose pose is not known."""
+CHANGED, UNCALIBRATED = "going_changed", "camera_uncalibrated"
+"""Reasons, keys of the string tables: the target no longer exists; the camera's pose is unknown."""
 KEPT_S = 60.0
 """How long a chosen spot lasts without a press."""
 
