@@ -14,7 +14,7 @@ from gazechair.base.health import Health, HealthRegistry
 from gazechair.base.machine import Machine
 from gazechair.base.reasons import kind
 from gazechair.base.state_folder import state_folder
-from gazechair.blackbox.recorder import BlackBox
+from gazechair.blackbox.service import BlackBox
 from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink

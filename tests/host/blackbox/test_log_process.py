@@ -22,8 +22,8 @@ from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import Status
 from gazechair.blackbox import child, recorder
 from gazechair.blackbox.reader import LogFile
-from gazechair.blackbox.recorder import BlackBox
 from gazechair.blackbox.ring import Ring
+from gazechair.blackbox.service import BlackBox
 from gazechair.blackbox.writer import files
 from gazechair.config.settings import LogConfig
 from gazechair.picture.camera import Frame
@@ -171,7 +171,7 @@ def test_the_last_moments_of_a_killed_daemon_are_kept(tmp_path: Path) -> None:
 import time
 from pathlib import Path
 from gazechair.base.health import HealthRegistry
-from gazechair.blackbox.recorder import BlackBox
+from gazechair.blackbox.service import BlackBox
 from gazechair.blackbox.ring import Ring
 from gazechair.config.settings import LogConfig
 parts = HealthRegistry()
