@@ -44,7 +44,7 @@ def only_caretaker() -> None:
         raise HttpRefused(403, "not_allowed", f"a {device.role} may not; only a caretaker")
 
 
-def bad_request(detail: str) -> HttpRefused:
+def _bad_request(detail: str) -> HttpRefused:
     """To raise for a body that violates the contract."""
     return HttpRefused(400, "bad_message", detail)
 
@@ -53,7 +53,7 @@ def file_of(kind: str) -> bytes:
     """The request's body of this type, which another site's form cannot send. HttpRefused."""
     told = request.environ.get("CONTENT_TYPE", "").partition(";")[0]
     if told.strip(" \t").lower() != kind:
-        raise bad_request(f"send Content-Type: {kind}")
+        raise _bad_request(f"send Content-Type: {kind}")
     return request.get_data()
 
 
@@ -65,9 +65,9 @@ def body() -> dict[str, Any]:
     try:
         content = json_text.parse(file_of("application/json"))
     except ValueError:
-        raise bad_request("send a JSON object") from None
+        raise _bad_request("send a JSON object") from None
     if not isinstance(content, dict):
-        raise bad_request("send a JSON object")
+        raise _bad_request("send a JSON object")
     return content
 
 
@@ -75,5 +75,5 @@ def text_in(content: dict[str, Any], key: str, most: int) -> str:
     """The text `key` of 1..`most` characters. Raises HttpRefused."""
     value = content.get(key)
     if not isinstance(value, str) or not 1 <= len(value) <= most:
-        raise bad_request(f'"{key}" must be a text of 1..{most} characters')
+        raise _bad_request(f'"{key}" must be a text of 1..{most} characters')
     return value

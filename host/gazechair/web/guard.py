@@ -78,7 +78,7 @@ def foreign(environ: Environ, names: frozenset[str], scheme: str) -> str | None:
         name = ""
     if name not in names and not _is_address(name):
         return f"Host {host!r} is not this machine; open the page by its IP address"
-    if not is_upgrade(environ) and environ.get("REQUEST_METHOD", "GET") in ("GET", "HEAD"):
+    if not _is_upgrade(environ) and environ.get("REQUEST_METHOD", "GET") in ("GET", "HEAD"):
         return None
     origin = environ.get("HTTP_ORIGIN")
     if origin is not None and str(origin).lower() != f"{scheme}://{host}":
@@ -89,7 +89,7 @@ def foreign(environ: Environ, names: frozenset[str], scheme: str) -> str | None:
     return None
 
 
-def is_upgrade(environ: Environ) -> bool:
+def _is_upgrade(environ: Environ) -> bool:
     """True for a request that wants to become a WebSocket."""
     return str(environ.get("HTTP_UPGRADE", "")).lower() == "websocket"
 
@@ -153,7 +153,7 @@ class Guard:
         with self._strangers.turn():
             refusal = self._judge(environ)
             if refusal is not None:
-                if refusal.reason == "not_paired" and path in PAGES and not is_upgrade(environ):
+                if refusal.reason == "not_paired" and path in PAGES and not _is_upgrade(environ):
                     return _redirect(environ, start, "/pair")
                 throttled.warn(
                     "refused %s %.80r: %s", environ.get("REMOTE_ADDR"), path, refusal.detail
@@ -167,7 +167,7 @@ class Guard:
                 return self._whole(environ, start)
         if path in self._sockets:
             return self._socket(environ, start, device)
-        if is_upgrade(environ):
+        if _is_upgrade(environ):
             detail = "no WebSocket is at this address"
             return _answer(start, Refusal("400 Bad Request", "bad_message", detail))
         if FILE in environ and device.role == "caretaker":

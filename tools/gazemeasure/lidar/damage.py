@@ -28,7 +28,7 @@ _EXTENDED_M = 0.5
 _AT_MIRROR_DEG = 30.0  # near the mirror: some capsules may be in transit or lost
 
 
-def turn_of(count: int, first: int = 0) -> Array:
+def _turn_of(count: int, first: int = 0) -> Array:
     """Mirror positions, 0..1 of a turn, of `count` capsules from number `first` on."""
     points = np.arange(first * POINTS, (first + count) * POINTS)
     return np.asarray((points % PER_TURN) / PER_TURN)
@@ -36,7 +36,7 @@ def turn_of(count: int, first: int = 0) -> Array:
 
 def clean(count: int, random: np.random.Generator, first: int = 0) -> Octets:
     """Capsules of the emulator's room, ranges with noise and misses, as rows."""
-    turns = turn_of(count, first)
+    turns = _turn_of(count, first)
     metres = room(-2.0 * np.pi * turns) + random.standard_normal(len(turns)) * NOISE_M
     metres[random.random(len(turns)) < MISSING] = 0.0
     return capsules(turns, metres * 1000.0, after_reset=first == 0)

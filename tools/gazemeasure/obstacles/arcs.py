@@ -65,7 +65,7 @@ class ArcTask:
     steady: bool
 
 
-def arc_task(seed: int) -> ArcTask:
+def _arc_task(seed: int) -> ArcTask:
     """The task with that seed: every other one steady."""
     chance = random.Random(f"arc {seed}")
     room = _posts(chance) if chance.random() < 0.6 else task("room", seed).room
@@ -299,7 +299,7 @@ def arc_trial(seed: int) -> ArcTrial:
     profile = PROFILES[seed // 4 % len(PROFILES)]
     if seed // _IN_A_ROW % 2:
         return attack_trial(seed, profile)
-    wanted = arc_task(seed)
+    wanted = _arc_task(seed)
     run = ArcRun(wanted, profile, seed, one_lidar=seed % 8 == 7)
     ours = run()
     unseen_m_s = _unseen_m_s(run, touched(wanted.room, run.chair), seed)
