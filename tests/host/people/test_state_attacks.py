@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from fulldisk import full
 from gazechair.base.health import Health, HealthRegistry
 from gazechair.config.settings import Config
 from gazechair.driving.error_handler import of_parts
@@ -235,6 +234,9 @@ def test_pairing_goes_on_after_a_disk_that_was_full(
     desk: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     code = desk.new_code("driver").text
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "fsync", full)
