@@ -11,8 +11,8 @@ from gazechair.alerts import apprise_route
 from gazechair.alerts.book import Alert, alert_of
 from gazechair.alerts.child import LIMIT_S
 from gazechair.alerts.diary import Diary
+from gazechair.alerts.message import message_of
 from gazechair.alerts.reasons import TRIED
-from gazechair.alerts.words import words
 from gazechair.base.languages import sentence
 from gazechair.base.state_folder import state_folder
 from gazechair.base.told import ToldError
@@ -38,7 +38,7 @@ def _test(options: argparse.Namespace) -> int:
         raise ToldError("no [[alerts.route]] is configured; read docs/alerts.md")
     if not apprise_route.installed():
         raise ToldError(apprise_route.MISSING)
-    said = words(Alert(0, TRIED, time.time()), "", config.web.language)
+    said = message_of(Alert(0, TRIED, time.time()), "", config.web.language)
     results: dict[str, str] = {}
 
     def send(route: RouteConfig) -> None:

@@ -352,7 +352,7 @@ def test_a_broker_that_accepts_and_never_answers_holds_up_nobody() -> None:
 
 def test_an_alert_with_an_endless_detail_is_sent() -> None:
     from gazechair.alerts.book import Alert
-    from gazechair.alerts.words import words
+    from gazechair.alerts.message import message_of
 
-    said = words(Alert(1, "alert_part", 0.0, detail="x" * 200_000), "Kees", "nl")
+    said = message_of(Alert(1, "alert_part", 0.0, detail="x" * 200_000), "Kees", "nl")
     assert len(json.dumps(said.body)) < 2000

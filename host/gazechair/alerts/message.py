@@ -13,17 +13,17 @@ _DETAIL = 500  # characters
 
 
 @dataclass(frozen=True)
-class Words:
-    """A message."""
+class Message:
+    """A text for a route."""
 
     title: str
     body: str
 
 
-def words(alert: Alert, driver: str, language: str) -> Words:
+def message_of(alert: Alert, driver: str, language: str) -> Message:
     """The message about `alert` for the driver named `driver`."""
     lines = [f"{driver}: {alert.sentence}"] if alert.sentence else []
     lines += [alert.detail[:_DETAIL]] if alert.detail else []
     lines.append(sentence(language, REASONS[alert.key].who))
     lines.append(time.strftime("%Y-%m-%d %H:%M", time.localtime(alert.at)))
-    return Words(f"gazechair: {sentence(language, alert.key)}", "\n".join(lines))
+    return Message(f"gazechair: {sentence(language, alert.key)}", "\n".join(lines))
