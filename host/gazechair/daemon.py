@@ -34,13 +34,12 @@ from gazechair.picture.camera import CameraService
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import PictureSlot
 from gazechair.plugins.service import Plugins
-from gazechair.producers.people import people
 from gazechair.producers.places import Places
 from gazechair.producers.producers import Producers
 from gazechair.producers.service import ProducerService, child_setup
 from gazechair.producers.spot_port import SpotPort
 from gazechair.producers.spot_service import SpotService
-from gazechair.producers.spots import spots
+from gazechair.producers.tiles import people, spots
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.service import MappingService
