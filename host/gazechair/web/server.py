@@ -58,7 +58,7 @@ class WebServer:
         self,
         config: Config,
         port: DriverPort,
-        video: Latest[Frame] | None,
+        pictures: Latest[Frame] | None,
         desk: PairingDesk,
         folder: Path,
         settings: CaretakerSettings,
@@ -66,7 +66,7 @@ class WebServer:
         steps: first_drive_routes.Steps,
         maps: map_routes.Maps,
     ) -> None:
-        """`video`: the slot with the newest picture, None without a camera; `folder`: for state."""
+        """`pictures`: the slot of the newest, None without a camera; `folder`: for state."""
         self._settings = settings
         self._alerts = alerts
         self._steps = steps
@@ -78,7 +78,7 @@ class WebServer:
         self._tls = uses_tls(config.web)
         insecure = not self._tls and not is_loopback(config.web.host)
         self._control = ControlHub(port, desk.knows, insecure)
-        self._pictures = PictureHub(video)
+        self._pictures = PictureHub(pictures)
         self._server: Server | None = None
         self._thread: threading.Thread | None = None
         desk.on_revoke(self._revoked)
