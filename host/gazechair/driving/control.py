@@ -232,7 +232,7 @@ class Control:
 
     def disconnect(self, client: int) -> None:
         with self._lock:
-            self._arbiter.disconnect(client, self._clock())
+            self._arbiter.disconnect(client)
             self._stop_seen.gone(client)
             self._refresh(self._clock())
 

@@ -141,7 +141,7 @@ def test_a_held_switch_supervises(auto: Auto) -> None:
     assert auto.arbiter.command.watched_s == pytest.approx(auto.now_s, abs=0.002)
     auto.say(LET_GO, switch)
     assert auto.drives  # until its supervision is over: the board counts
-    auto.arbiter.disconnect(switch, auto.now_s)
+    auto.arbiter.disconnect(switch)
     assert not auto.drives
 
 

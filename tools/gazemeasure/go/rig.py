@@ -203,12 +203,11 @@ class Go:
             self.core.tick()
         motion = self.core.motion
         self._put_out = Stick(motion.linear_permille, motion.turn_permille)
-        before = self.chair.speed_m_s
         self.chair.step(
             _STEP_MS / 1000.0, (motion.linear_permille / 1000.0, motion.turn_permille / 1000.0)
         )
         self.outcome.way_m += abs(self.chair.speed_m_s) * _STEP_MS / 1000.0
-        self._feel(before)
+        self._feel()
         if self.now_ms % _PEOPLE_MS == 0:
             if isinstance(self.room, Home):
                 self.room.walk(_PEOPLE_MS / 1000.0, *self.pose)
@@ -216,7 +215,7 @@ class Go:
                 self.room.step(_PEOPLE_MS / 1000.0, *self.pose)
         self._judge()
 
-    def _feel(self, before: float) -> None:
+    def _feel(self) -> None:
         if self.now_ms % 50 == 0:  # as a person feels it
             speed, acceleration = self._before
             now = (self.chair.speed_m_s - speed) / 0.05
