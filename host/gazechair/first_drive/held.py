@@ -17,8 +17,6 @@ from gazechair.driving.press import Presses
 from gazechair.service.tune.armed_session import Link
 from gazelink import codes
 
-_KEEPS_S = 0.3  # a proof of holding is valid this long, the same as on the board
-
 
 class Pressed(Enum):
     """What a message of a pressed button means."""
@@ -39,6 +37,7 @@ class Held:
         self._clock = clock
         self._stopped_s = stopped_s
         self._began_s = 0.0  # as proven, not received: a stop may have overtaken it
+        self._ttl_s = 0.0  # of a proof of holding: the board's own, once it has told
         self._lock = threading.Lock()
         self._presses = Presses(0)
         self._moved = False  # by the newest press
@@ -47,8 +46,11 @@ class Held:
 
     def press(self, client: int, edge: int, proven_s: float) -> Pressed:
         """The button is pressed, as proven at `proven_s`."""
-        deadline_s = proven_s + _KEEPS_S
+        board = self._link.board()
         with self._lock:
+            if board is not None:
+                self._ttl_s = board.limits.command_ttl_ms / 1000
+            deadline_s = proven_s + self._ttl_s
             if not self._presses.is_new(client, edge):
                 self._presses.refresh(client, edge, deadline_s)
                 return Pressed.BEFORE
