@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 from gazechair.alerts import apprise_route, mqtt
 from gazechair.alerts.book import ACKNOWLEDGED, OPEN, OVER, SENT, Alert, Book, Route
+from gazechair.alerts.diary import PART as DIARY
 from gazechair.alerts.diary import Diary
 from gazechair.alerts.reasons import HELP, HELP_WANTED, KINDS, PART, TEST, TRIED
 from gazechair.alerts.sender import LOST, Sender
@@ -62,7 +63,7 @@ class Alerts:
         self._clock = clock
         self._wall = wall
         self._lock = threading.Lock()
-        self._diary = Diary(folder)
+        self._diary = Diary(folder, parts.part(DIARY))
         routes = [Route(one.name, one.after_s, one.kinds) for one in config.routes]
         self._book = Book(routes)
         self._before = secrets.randbelow(1 << 30)  # a page that knew an earlier host reloads

@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from gazechair.alerts.diary import NOT_KEPT
+from gazechair.alerts.diary import PART as DIARY
 from gazechair.base.health import HealthState
 from gazechair.base.reasons import (
     CARETAKER,
@@ -29,16 +31,18 @@ from gazelink import codes
 
 LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
 
-FIRST_DRIVE = "first_drive"
-"""Part of the host's health: the file with the results of the first drive."""
+FIRST_DRIVE, FORWARD, CAMERA_FLOOR = "first_drive", "forward", "camera_floor"
+"""Parts of the host's health: files with results of the first drive, of tuning, of calibration."""
 
 # Files of what caretakers do: no sources that can fall silent, as PARTS are.
 _FILE = Part(math.inf, {DEGRADED: codes.WARNING, LOST: codes.WARNING}, caretaker_only=True)
-_SHOWN = {**PARTS, **dict.fromkeys((SPEED_CAP, FIRST_DRIVE, PROFILES, DEVICES), _FILE)}
+_FILES = (SPEED_CAP, FIRST_DRIVE, PROFILES, DEVICES, DIARY, FORWARD, CAMERA_FLOOR)
+_SHOWN = {**PARTS, **dict.fromkeys(_FILES, _FILE)}
 
 FILE_REASONS: Mapping[str, Reason] = {
     FILE_DAMAGED: Reason(codes.WARNING, CARETAKER, DRIVES),
     DAMAGED: Reason(codes.WARNING, CARETAKER, STANDS),
+    NOT_KEPT: Reason(codes.WARNING, CARETAKER, DRIVES),
 }
 """Rows like those of REASONS, of these files."""
 
