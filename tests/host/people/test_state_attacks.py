@@ -28,6 +28,7 @@ from gazechair.service.tune.forward import ForwardNumbers
 from gazechair.service.tune.forward_store import ForwardStore
 from gazelink.settings_table import PROFILES
 
+YEAR_S = 365 * 86400.0
 DAMAGE: dict[str, Callable[[Path], object]] = {
     "erased": lambda file: file.unlink(),
     "empty": lambda file: file.write_bytes(b""),
@@ -95,6 +96,33 @@ def test_devices_that_cannot_be_read_are_told_and_come_back_with_their_file(
     assert type(desk)(state).who(fresh) is not None
     (state / "paired.damaged").rename(state / "paired.jsonl")
     assert type(desk)(state).who(token) is not None
+
+
+def test_a_list_of_devices_that_somebody_deletes_because_it_cannot_be_read_is_written_anew(
+    tmp_path: Path, desk: Any
+) -> None:
+    state = tmp_path / "state"
+    desk.join()
+    DAMAGE["loop"](state / "paired.jsonl")
+    again = type(desk)(state)
+    (state / "paired.jsonl").unlink()
+    token = again.join().token
+    assert type(desk)(state).who(token) is not None
+
+
+def test_a_clock_that_was_ahead_for_a_while_is_not_when_a_device_was_last_used(
+    tmp_path: Path, desk: Any
+) -> None:
+    """The caretaker revokes what nobody has used for long."""
+    paired = desk.join()
+    right_s = desk.wall_s
+    for wall_s in (right_s + 10 * YEAR_S, right_s + 60.0):
+        desk.wall_s = wall_s
+        desk.now_s += 100.0
+        assert desk.who(paired.token) is not None
+        desk.note_uses()
+        assert desk.devices()[0].last_used == int(wall_s)
+        assert type(desk)(tmp_path / "state").devices()[0].last_used == int(wall_s)
 
 
 def test_a_caretaker_is_told_of_a_damaged_file_until_it_is_written_again(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import logging
@@ -141,7 +142,8 @@ class DeviceStore:
         text = "".join(line + "\n" for line in self._strange + lines)
         try:
             if self._unread:  # whoever gives it back its owner has every device again
-                set_aside(self._path)
+                with contextlib.suppress(FileNotFoundError):  # somebody has deleted it
+                    set_aside(self._path)
                 self._unread = False
             replace_file(self._path, text.encode("utf-8", "replace"), durable)
         except OSError as error:
