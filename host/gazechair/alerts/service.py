@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import logging
-import platform
-import re
 import secrets
 import threading
 import time
@@ -81,7 +79,7 @@ class Alerts:
         self._failing: set[str] = set()
         self._missing = False  # Apprise, as far as is known
         self._broker = config.alerts.mqtt
-        self._node = re.sub(r"\W", "_", platform.node()) or "chair"
+        self._node = mqtt.node()
         self._told: dict[str, str] = {}
         self._told_s = 0.0
         self._charge: int | None = None

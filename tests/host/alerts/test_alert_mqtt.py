@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import queue
+import re
 import socket
 import ssl
 import subprocess
@@ -118,6 +119,37 @@ def test_the_process_announces_tells_and_its_end_is_told_by_the_broker(
     finally:
         sender.stop()
     listener.wait("gazechair/thuis/availability", "offline")
+
+
+def test_two_chairs_whose_computers_have_the_same_name_speak_for_themselves(
+    port: int, listener: Listener, tmp_path: Path
+) -> None:
+    machines = [tmp_path / "one", tmp_path / "other"]
+    for machine in machines:
+        machine.write_text(f"{machine.name}\n")
+    nodes = [mqtt.node("rolstoel-één", machine) for machine in machines]
+    brokers = [Broker() for _ in nodes]
+    heard: list[str] = []
+    try:
+        for state in (QUIET, CALL, QUIET):  # the first one calls meanwhile
+            for node, broker in zip(nodes, brokers, strict=True):
+                said = CALL if broker is brokers[0] else state
+                broker.tell(f"mqtt://chair:hush-hush@127.0.0.1:{port}", node, said, 0.0)
+                wait_until(lambda one=broker: one._connected)
+                broker.tick(0.0)
+                listener.wait(f"gazechair/{node}/state", json.dumps(said))
+                heard += [one.problem for one in brokers if one._client is not None]
+        assert {*heard} == {""}
+        assert listener.retained[f"gazechair/{nodes[0]}/state"] == json.dumps(CALL)
+        entities = [*discovery(nodes[0], True), *discovery(nodes[1], True)]
+        assert len({*entities}) == 8
+        # As its documentation has it: <discovery_prefix>/<component>/[<node_id>/]<object_id>/config
+        pattern = r"homeassistant/[a-z_]+/[a-zA-Z0-9_-]+/[a-zA-Z0-9_-]+/config"
+        assert all(re.fullmatch(pattern, topic) for topic in entities)
+    finally:
+        for broker in brokers:
+            broker._client.disconnect()
+            broker._client.loop_stop()
 
 
 def test_a_wrong_password_or_no_broker_is_a_reason_without_the_secret(port: int) -> None:
