@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -12,7 +11,7 @@ from gazechair.alerts.book import OVER
 from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file, set_aside
+from gazechair.base.state_folder import FILE_DAMAGED, replace_file
 
 FILE_NAME = "alerts.jsonl"
 PART = "alert_diary"  # of the host's health
@@ -65,15 +64,12 @@ class Diary:
             first = next((at for at, (_, over) in enumerate(kept) if over), 0)
             size -= len(kept.pop(first)[0])
         try:
-            if self._damaged:
-                with contextlib.suppress(FileNotFoundError):  # somebody has deleted it
-                    set_aside(self._path)
-                self._damaged = False
-            replace_file(self._path, b"".join(line for line, _ in kept))
+            replace_file(self._path, b"".join(line for line, _ in kept), damaged=self._damaged)
         except OSError as error:
             detail = f"{self._path}: {error.strerror}; alerts are not kept"
             self._health.set(states.DEGRADED, NOT_KEPT, detail)
             return False
+        self._damaged = False
         self._health.set(states.OK)
         return True
 

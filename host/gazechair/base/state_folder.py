@@ -24,16 +24,26 @@ def state_folder(configured: str) -> Path:
     return Path(base) / "gazechair"
 
 
-def replace_file(path: Path, content: bytes, durable: bool = True) -> None:
+def replace_file(path: Path, content: bytes, durable: bool = True, damaged: bool = False) -> None:
     """Replace the file atomically: after a power cut it has the old content or the new.
 
-    `durable`: the new one, once this returns. A folder in its place is moved aside. Raises OSError.
+    `durable`: the new one, once this returns; `damaged`: the old one is kept under another name. A
+    folder in its place is moved aside. Raises OSError, with everything as it was.
     """
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     fresh = path.with_name(path.name + ".new")
     if path.is_dir() and not path.is_symlink():
         set_aside(path)
-    write_whole(fresh, path, content, 0o600)
+    kept = _also_aside(path) if damaged else None
+    try:
+        write_whole(fresh, path, content, 0o600)
+    except BaseException:
+        if kept is not None:
+            with contextlib.suppress(OSError):
+                kept.unlink()
+        raise
+    if kept is not None:
+        log.error("%s could not be used; it is now %s", path, kept.name)
     if durable:
         folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
         try:
@@ -65,7 +75,26 @@ def write_whole(fresh: Path, path: Path, content: bytes, mode: int = 0o666) -> N
 
 def set_aside(path: Path) -> None:
     """Rename an unusable file or folder, so that the host continues without it. Raises OSError."""
-    kept = (path.with_suffix(f".damaged{number or ''}") for number in range(_MOST_ASIDE))
-    place = next((place for place in kept if not place.exists()), path.with_suffix(".damaged"))
+    place = _aside(path)
     os.replace(path, place)
     log.error("%s cannot be used; it is now %s", path, place.name)
+
+
+def _also_aside(path: Path) -> Path | None:
+    """Give the file another name, too; None: there is none. Raises OSError."""
+    place = _aside(path)
+    try:
+        if os.path.lexists(path):
+            place.unlink(missing_ok=True)
+            os.link(path, place, follow_symlinks=False)
+            return place
+    except FileNotFoundError:  # somebody has just deleted it
+        pass
+    return None
+
+
+def _aside(path: Path) -> Path:
+    kept = (path.with_suffix(f".damaged{number or ''}") for number in range(_MOST_ASIDE))
+    return next(
+        (place for place in kept if not os.path.lexists(place)), path.with_suffix(".damaged")
+    )

@@ -6,7 +6,6 @@ that another pose, profile or neutral makes its step "not done" again.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import sys
 from dataclasses import asdict, replace
@@ -16,7 +15,7 @@ from typing import Any
 from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file, set_aside
+from gazechair.base.state_folder import FILE_DAMAGED, replace_file
 from gazechair.config.rules import Arc, arcs
 from gazechair.config.settings import LidarConfig
 from gazechair.driving.error_handler import FIRST_DRIVE
@@ -37,6 +36,7 @@ class Record:
         self._health.set(states.OK)
         self._path = None if folder is None else folder / FILE_NAME
         self._found: dict[str, Any] = {}
+        self._damaged = False
         if self._path is not None:
             try:
                 found = dict(json_text.parse(self._path.read_text(encoding="utf-8")))
@@ -46,8 +46,7 @@ class Record:
             except (OSError, ValueError, TypeError) as error:
                 detail = f"{self._path}: {error}; the first drive begins anew"
                 self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
-                with contextlib.suppress(OSError):
-                    set_aside(self._path)
+                self._damaged = True
 
     def get(self, step: str) -> Any:
         """The result of `step`; None: none yet."""
@@ -59,11 +58,13 @@ class Record:
         if self._path is None:
             return
         try:
-            replace_file(self._path, json.dumps(self._found, indent=1).encode())
+            content = json.dumps(self._found, indent=1).encode()
+            replace_file(self._path, content, damaged=self._damaged)
         except OSError as error:
             detail = f"{self._path}: {error.strerror}; what was found ends with this host"
             self._health.set(states.DEGRADED, NOT_STORED, detail)
         else:
+            self._damaged = False
             self._health.set(states.OK)
 
     def masked(self, lidars: tuple[LidarConfig, ...]) -> tuple[LidarConfig, ...]:

@@ -75,6 +75,27 @@ def test_on_a_full_disk_half_a_file_does_not_stay(
     assert path.read_bytes() == b"old"
 
 
+@pytest.mark.parametrize("step", ["link", "fsync", "replace"])
+def test_a_damaged_file_stays_where_it_is_until_the_new_one_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    path = tmp_path / "alerts.jsonl"
+    path.write_text("half")
+
+    def full(*_: object, **_more: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, step, full)
+        with pytest.raises(OSError, match="No space"):
+            replace_file(path, b"new", damaged=True)
+    assert [one.name for one in tmp_path.iterdir()] == ["alerts.jsonl"]
+    assert path.read_text() == "half"
+    replace_file(path, b"new", damaged=True)
+    assert (tmp_path / "alerts.damaged").read_text() == "half"
+    assert path.read_bytes() == b"new"
+
+
 def test_a_folder_in_its_place_is_set_aside(tmp_path: Path) -> None:
     file = tmp_path / "cap"
     for _ in range(10):

@@ -126,8 +126,9 @@ def test_a_file_that_cannot_be_read_is_told_until_the_next_result(tmp_path: Path
     file = tmp_path / FILE_NAME
     file.symlink_to(file)
     parts = HealthRegistry()
-    record = Record(tmp_path, parts.part("first_drive"))
-    assert parts.part("first_drive").reason == "file_damaged"
+    for _ in range(2):
+        record = Record(tmp_path, parts.part("first_drive"))
+        assert parts.part("first_drive").reason == "file_damaged"
     record.keep("relay", True)
     assert parts.part("first_drive").reason == "ok"
     assert Record(tmp_path).get("relay") is True

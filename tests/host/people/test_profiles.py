@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gazechair.base.health import Health
 from gazechair.config import configuration
 from gazechair.people.profiles import ProfileRefused, Profiles, fields, house_fields
 from gazechair.people.profiles.store import FILE_NAME, MOST_PROFILES
@@ -104,8 +105,16 @@ def test_no_request_does_harm(tmp_path_factory, posted):
 )
 def test_a_damaged_file_is_kept_and_the_host_goes_on(tmp_path, text):
     (tmp_path / FILE_NAME).write_text(text)
-    assert Profiles(tmp_path, FIELDS).chosen()["dwell_ms"] == 600
+    for _ in range(2):  # told at each start until a profile is stored
+        health = Health("profiles")
+        people = Profiles(tmp_path, FIELDS, health)
+        assert people.chosen()["dwell_ms"] == 600
+        assert health.reason == "file_damaged"
+    people.change({"choose": "1"}, True)
+    assert health.reason == "ok"
     assert (tmp_path / "profiles.damaged").read_text() == text
+    people.change({"choose": "1"}, True)
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["profiles.damaged", FILE_NAME]
 
 
 def test_strange_values_of_another_version_become_defaults(tmp_path):

@@ -10,7 +10,7 @@ from typing import Any
 from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file, set_aside
+from gazechair.base.state_folder import FILE_DAMAGED, replace_file
 from gazechair.service.tune.forward import ForwardNumbers
 from gazelink.settings_table import PROFILES, TABLE, index_of
 
@@ -33,12 +33,11 @@ class ForwardStore:
     def keep(self, profile: str, numbers: ForwardNumbers) -> None:
         """Store those of `profile`, replacing older ones. Raises OSError."""
         try:
-            rows = self._rows()
+            rows, damaged = self._rows(), False
         except (ValueError, IsADirectoryError):
-            set_aside(self._path)
-            rows = {}
+            rows, damaged = {}, True
         rows[profile] = asdict(numbers)
-        replace_file(self._path, json.dumps(rows).encode())
+        replace_file(self._path, json.dumps(rows).encode(), damaged=damaged)
         self._look()
 
     def step_ms(self, profile: int, permille: int, ramp_ms: int) -> int | None:
