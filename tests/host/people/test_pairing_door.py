@@ -174,12 +174,13 @@ def test_where_no_socket_could_be_made_there_is_one_when_it_can(
     again: Any, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     door = LocalDoor(again(folder), folder, lambda: URL)
+    (folder / SOCKET_NAME).touch()  # of a daemon that was killed
     with monkeypatch.context() as patch:
-        patch.setattr(os, "fchmod", _read_only)
+        patch.setattr(os, "unlink", _read_only)
         door.start()
         with pytest.raises(NotRunning):
             ask(folder, {"ask": "list"})
-    wait_until(lambda: (folder / SOCKET_NAME).exists())
+    wait_until(lambda: (folder / SOCKET_NAME).is_socket())
     assert ask(folder, {"ask": "list"}) == {"devices": [], "problem": ""}
     door.stop()
 

@@ -99,7 +99,7 @@ class LocalDoor:
 
     def _run(self) -> None:
         while not self._stopping.is_set():
-            if not os.path.lexists(self._folder / SOCKET_NAME):
+            if self._socket is None or not os.path.lexists(self._folder / SOCKET_NAME):
                 self._listen()
             if self._socket is None:
                 self._stopping.wait(_LOOK_S)
