@@ -68,11 +68,13 @@ class Broker:
             for topic, entity in discovery(self._node, BATTERY in self._state).items():
                 self._client.publish(topic, json.dumps(entity), qos=1, retain=True)
         online = now_s - self._heard_s < HOST_SILENT_S
-        if online != self._online:
+        due = online and (not self._sent_s or now_s - self._sent_s >= HEARTBEAT_S)
+        # With each state: somebody else's word, or a last will that came late, would stay for ever.
+        if online != self._online or due:
             self._online = online
             word = "online" if online else "offline"
             self._client.publish(_topic(self._node, "availability"), word, qos=1, retain=True)
-        if online and (not self._sent_s or now_s - self._sent_s >= HEARTBEAT_S):
+        if due:
             self._sent_s = now_s
             self._client.publish(_topic(self._node, "state"), json.dumps(self._state), qos=1)
 

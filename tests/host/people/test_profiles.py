@@ -72,6 +72,13 @@ def test_other_values_are_refused_with_the_reason(profiles, name, value):
     assert reason(profiles, {"save": {"id": "1", name: value}}) == "profile_value"
 
 
+def test_a_sentence_may_have_any_emoji(profiles):
+    said = "Ik zit vast \U0001f469\u200d\U0001f9bd\u200d\u27a1\ufe0f \u2764\ufe0f"
+    profiles.change({"save": {"id": "1", "help_sentence": said}}, False)
+    assert profiles.chosen()["help_sentence"] == said
+    assert reason(profiles, {"save": {"id": "1", "help_sentence": "a\u202eb"}}) == "profile_value"
+
+
 def test_steering_is_never_slower_than_starting(profiles):
     posted = {"save": {"id": "1", "dwell_ms": 300, "steer_dwell_ms": 400}}
     assert reason(profiles, posted) == "profile_value"
