@@ -11,11 +11,10 @@ from gazechair.alerts.book import OVER
 from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file
+from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT, replace_file
 
 FILE_NAME = "alerts.jsonl"
 PART = "alert_diary"  # of the host's health
-NOT_KEPT = "alerts_not_kept"
 MOST_BYTES = 100_000
 
 

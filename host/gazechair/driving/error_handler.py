@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from gazechair.alerts.diary import NOT_KEPT
 from gazechair.alerts.diary import PART as DIARY
 from gazechair.base.health import HealthState
 from gazechair.base.reasons import (
@@ -21,7 +20,7 @@ from gazechair.base.reasons import (
     Part,
     Reason,
 )
-from gazechair.base.state_folder import FILE_DAMAGED
+from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT
 from gazechair.board.state import BoardState
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP
 from gazechair.people.pairing.store import DAMAGED

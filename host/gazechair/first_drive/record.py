@@ -15,11 +15,10 @@ from typing import Any
 from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file
+from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT, replace_file
 from gazechair.config.rules import Arc, arcs
 from gazechair.config.settings import LidarConfig
 from gazechair.driving.error_handler import FIRST_DRIVE
-from gazechair.driving.speed_cap_store import NOT_STORED
 from gazechair.sensing.lidar.mask import MOST_DEG
 
 FILE_NAME = "first_drive.json"
@@ -62,7 +61,7 @@ class Record:
             replace_file(self._path, content, damaged=self._damaged)
         except OSError as error:
             detail = f"{self._path}: {error.strerror}; what was found ends with this host"
-            self._health.set(states.DEGRADED, NOT_STORED, detail)
+            self._health.set(states.DEGRADED, NOT_KEPT, detail)
         else:
             self._damaged = False
             self._health.set(states.OK)

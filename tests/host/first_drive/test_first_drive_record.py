@@ -66,7 +66,7 @@ def test_a_full_disk_keeps_it_until_the_end_and_the_caretaker_is_told(tmp_path: 
     assert shown() == []
     record.keep("relay", True)
     assert record.get("relay") is True
-    assert shown() == [("setting_not_stored", True)]
+    assert shown() == [("not_kept", True)]
     (tmp_path / "state").unlink()
     record.keep("drove", True)
     assert shown() == []

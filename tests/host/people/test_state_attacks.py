@@ -193,7 +193,7 @@ def test_a_diary_on_a_full_disk_is_told_and_kept_when_there_is_space_again(
         patch.setattr(os, "fsync", _full)
         assert not diary.write([{"number": 1}])
         (told,) = of_parts(parts.states())
-        assert (told.key, told.caretaker_only) == ("alerts_not_kept", True)
+        assert (told.key, told.caretaker_only) == ("not_kept", True)
     assert diary.write([{"number": 1}])
     assert of_parts(parts.states()) == []
     assert diary.read() == [{"number": 1}]
