@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+import threading
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from gazechair.driving.error_handler import FIRST_DRIVE
 from gazechair.sensing.lidar.mask import MOST_DEG
 
 FILE_NAME = "first_drive.json"
+_WRITE_AGAIN_S = 10.0
 
 _ARCS = arcs(MOST_DEG)  # as the configuration's
 
@@ -36,6 +38,7 @@ class Record:
         self._path = None if folder is None else folder / FILE_NAME
         self._found: dict[str, Any] = {}
         self._damaged = False
+        self._writing = threading.Lock()
         if self._path is not None:
             try:
                 found = dict(json_text.parse(self._path.read_text(encoding="utf-8")))
@@ -52,18 +55,24 @@ class Record:
         return self._found.get(step)
 
     def keep(self, step: str, found: Any) -> None:
-        """Store it; without a write that works the result lasts until the host ends."""
+        """Store it; what the disk does not take counts all the same, and is tried again."""
         self._found = {**self._found, step: found}
-        if self._path is None:
-            return
+        if self._path is not None:
+            self._write(self._path)
+
+    def _write(self, path: Path) -> None:
         try:
-            content = json.dumps(self._found, indent=1).encode()
-            replace_file(self._path, content, damaged=self._damaged)
+            with self._writing:
+                content = json.dumps(self._found, indent=1).encode()
+                replace_file(path, content, damaged=self._damaged)
+                self._damaged = False
         except OSError as error:
-            detail = f"{self._path}: {error.strerror}; what was found ends with this host"
+            detail = f"{path}: {error.strerror}; what was found ends with this host"
             self._health.set(states.DEGRADED, NOT_KEPT, detail)
+            again = threading.Timer(_WRITE_AGAIN_S, self._write, (path,))
+            again.daemon = True
+            again.start()
         else:
-            self._damaged = False
             self._health.set(states.OK)
 
     def masked(self, lidars: tuple[LidarConfig, ...]) -> tuple[LidarConfig, ...]:
