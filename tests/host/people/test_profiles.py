@@ -72,6 +72,18 @@ def test_other_values_are_refused_with_the_reason(profiles, name, value):
     assert reason(profiles, {"save": {"id": "1", name: value}}) == "profile_value"
 
 
+def test_a_page_that_has_not_heard_of_a_deletion_changes_nobody_else(profiles, tmp_path):
+    """Two caretakers at once: one deletes Jan and creates Piet, the other lets Jan drive."""
+    profiles.change({"create": "Jan"}, True)
+    again = Profiles(tmp_path, FIELDS)
+    jan = again.as_json()["profiles"][-1]["id"]
+    again.change({"delete": jan}, True)
+    again.change({"create": "Piet"}, True)
+    assert reason(again, {"save": {"id": jan, "auto": True}}) == "profile_unknown"
+    assert reason(again, {"choose": jan}) == "profile_unknown"
+    assert [one["name"] for one in again.as_json()["profiles"]] == ["driver", "Piet"]
+
+
 def test_a_sentence_may_have_any_emoji(profiles):
     said = "Ik zit vast \U0001f469\u200d\U0001f9bd\u200d\u27a1\ufe0f \u2764\ufe0f"
     profiles.change({"save": {"id": "1", "help_sentence": said}}, False)

@@ -18,6 +18,7 @@ from gazechair.people.profiles.fields import Field, Profile, ProfileRefused, che
 
 FILE_NAME = "profiles.json"
 MOST_PROFILES = 16
+_DIGITS = 9  # of an id; a longer one was written by hand
 PROFILES = "profiles"  # of the host's health
 
 log = logging.getLogger(__name__)
@@ -51,6 +52,8 @@ class Profiles:
             self._profiles["1"] = {name: field.default for name, field in self._fields.items()}
         if self._chosen not in self._profiles:
             self._chosen = next(iter(self._profiles))
+        numbers = (int(id) for id in self._profiles if id.isdecimal() and len(id) <= _DIGITS)
+        self._newest = max(numbers, default=0)
 
     @property
     def kept(self) -> bool:
@@ -143,7 +146,9 @@ class Profiles:
     def _created(self, name: Any) -> tuple[str, Profile]:
         if len(self._profiles) >= MOST_PROFILES:
             raise ProfileRefused("profile_full", f"there are {MOST_PROFILES}; delete one first")
-        id = next(str(n) for n in range(1, MOST_PROFILES + 2) if str(n) not in self._profiles)
+        # Nobody's before: a page that has not heard of a deletion must not change another's.
+        self._newest += 1
+        id = str(self._newest)
         name = self._fields["name"].accept("name", name)
         return id, {**self._profiles[self._chosen], "name": name}
 
