@@ -33,10 +33,11 @@ LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
 FIRST_DRIVE, FORWARD, CAMERA_FLOOR = "first_drive", "forward", "camera_floor"
 """Parts of the host's health: files with results of the first drive, of tuning, of calibration."""
 
-# Files of what caretakers do: no sources that can fall silent, as PARTS are.
-_FILE = Part(math.inf, {DEGRADED: codes.WARNING, LOST: codes.WARNING}, caretaker_only=True)
+# Files of what caretakers do are no sources that can fall silent, as PARTS are. A page shows which
+# routes fail, but neither that the broker gets nothing nor that the process that sends is lost.
+_CARE = Part(math.inf, {DEGRADED: codes.WARNING, LOST: codes.WARNING}, caretaker_only=True)
 _FILES = (SPEED_CAP, FIRST_DRIVE, PROFILES, DEVICES, DIARY, FORWARD, CAMERA_FLOOR)
-_SHOWN = {**PARTS, **dict.fromkeys(_FILES, _FILE)}
+_SHOWN = {**PARTS, **dict.fromkeys((*_FILES, "alerts"), _CARE)}
 
 FILE_REASONS: Mapping[str, Reason] = {
     FILE_DAMAGED: Reason(codes.WARNING, CARETAKER, DRIVES),
