@@ -27,6 +27,11 @@ class Diary:
         self._health = health or Health(PART)
         self._damaged = False
 
+    @property
+    def problem(self) -> str:
+        """Which alerts are not known, or not kept, in one line; "" when all are."""
+        return self._health.detail
+
     def read(self) -> list[dict[str, Any]]:
         """Every alert that can be read."""
         try:
