@@ -25,16 +25,14 @@ from gazeboard.core import limits
 from gazechair.driving.control import HEARTBEAT_MS
 from gazechair.driving.messages import MAX_SINCE_MS
 from gazechair.people.profiles import ProfileRefused, Profiles, fields
+from gazechair.web.guard import HEADERS
 from gazechair.web.minify import minified
 from gazelink import codes
 from patience import PATIENCE_S, wait_until
 
 WEB = gazesetup.ROOT / "web"
 KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
-CONTENT_POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:;"
-    " connect-src 'self'"
-)
+CONTENT_POLICY = HEADERS["Content-Security-Policy"]
 WELCOME = {
     "k": "welcome",
     "role": "driver",

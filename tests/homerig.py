@@ -9,12 +9,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gazesim.lidar_noise import NOISE_M
 from gazesim.rooms import Person, Room, box
 
 Array = NDArray[np.float64]
 
 BEAMS = 360
-NOISE_M = 0.006
 _FARTHEST_M = 18.0
 _WALL_M = 0.1
 

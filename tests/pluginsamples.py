@@ -9,7 +9,7 @@ import struct
 import time
 from dataclasses import dataclass
 
-from gazechair.base.supervisor import DATA
+from gazechair.base.child_records import DATA
 from gazechair.config.rules import Kind
 from gazechair.plugins import (
     NOTHING,

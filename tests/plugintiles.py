@@ -6,7 +6,6 @@ from pluginrows import mode, offer
 
 AHEAD, HOME, FOLLOW = mode("ahead"), mode("home"), mode("follow")
 TWENTY = [mode(f"mode{n}") for n in range(20)]
-TILE = {"forward": "Vooruit", "plugin-0": "Ahead"}
 SHOWN = "() => [...document.querySelectorAll('.target')].filter(e => e.offsetWidth).map(e => e.id)"
 HELD = "() => document.querySelector('.holding')?.id ?? null"
 

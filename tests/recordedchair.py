@@ -12,8 +12,8 @@ from gazesim.lockstep_chair import Lockstep
 class RecordedChair(Lockstep):
     """The whole chair; `close` finishes the file at `path`."""
 
-    def __init__(self, folder: Path, room: str = "open") -> None:
-        super().__init__(room)
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
         assert self.host is not None
         self._recording = Recording(self, self.host.link.protocol, folder)
         self.sizes: dict[int, int] = {}

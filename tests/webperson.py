@@ -188,6 +188,10 @@ class Driver:
         wait_until(lambda: mark in self.host.heard, "the page's messages")
         return [message for message in self.host.heard if message["k"] in kinds]
 
+    def newest(self) -> dict[str, Any]:
+        """The newest message that moves or stops the chair."""
+        return self.heard("cmd", "stop")[-1]
+
     def forget(self) -> None:
         """Discards the messages received until now."""
         self.heard()

@@ -1,7 +1,7 @@
 // The only place that decides which sentence the pages show, so that no two contradict each other.
 
 /** Messages that pass by themselves: only wait. */
-export const WAITS = [
+const WAITS = [
   "link_lost",
   "not_connected",
   "neutral_not_proven",

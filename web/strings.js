@@ -21,7 +21,7 @@ export function message(element, title, { text, do: advice }) {
 }
 
 /** One language's words. */
-export class Strings {
+class Strings {
   #table;
   /** One form per number of digits. */
   #numbers = [];

@@ -14,7 +14,7 @@ from gazechair.base.health import Health, HealthRegistry
 from gazechair.base.machine import Machine
 from gazechair.base.reasons import kind
 from gazechair.base.state_folder import state_folder
-from gazechair.blackbox.recorder import BlackBox
+from gazechair.blackbox.service import BlackBox
 from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
@@ -34,13 +34,12 @@ from gazechair.picture.camera import CameraService
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import PictureSlot
 from gazechair.plugins.service import Plugins
-from gazechair.producers.people import people
 from gazechair.producers.places import Places
 from gazechair.producers.producers import Producers
 from gazechair.producers.service import ProducerService, child_setup
 from gazechair.producers.spot_port import SpotPort
 from gazechair.producers.spot_service import SpotService
-from gazechair.producers.spots import spots
+from gazechair.producers.tiles import people, spots
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.service import MappingService

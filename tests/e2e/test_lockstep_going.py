@@ -21,7 +21,6 @@ PAGE_MS = 20  # from a page to the wheels, in an idle network
 PLAN_MS = 3000
 SUPERVISION_MS = 3000  # the setting
 POSE_LOST_MS = 500
-VERDER = ["", "mode"]
 
 
 def drawn() -> Drawn:

@@ -13,7 +13,7 @@ from e2e.picture_chair import PictureChair
 from gazeboard.core import limits
 from gazechair.following.line import LOST_S
 from gazechair.producers.places import Target
-from gazechair.producers.spots import spots
+from gazechair.producers.tiles import spots
 from gazesim.floor_view import Floor, distance_to_line_m
 from gazesim.lockstep_page import Page
 from gazesim.rooms import Person

@@ -12,7 +12,7 @@ from e2e.picture_chair import CAMERA, PictureChair
 from gazeboard.core import limits
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.producers.places import Target
-from gazechair.producers.spots import spots
+from gazechair.producers.tiles import spots
 from gazesim.floor_view import Floor
 from gazesim.rooms import Room
 from promises import END_TO_END, measured

@@ -11,8 +11,8 @@ import pytest
 
 from e2e.going_chair import GoingChair
 from gazeboard.core import limits
-from gazechair.producers.people import people
 from gazechair.producers.places import Target
+from gazechair.producers.tiles import people
 from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.gaits import PLAIN, Actor
 from gazesim.rooms import Person

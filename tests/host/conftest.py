@@ -23,8 +23,8 @@ BOOT = 0x0B07
 class FakeBoard:
     """Answers HELLO and PING like the firmware; the rest is sent when the test says so."""
 
-    def __init__(self, boot: int = BOOT) -> None:
-        self.boot = boot
+    def __init__(self) -> None:
+        self.boot = BOOT
         self.session = 0
         self.schema_hash = frame.schema_hash()
         self.stamp_ms = 1000

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 
+from fulldisk import full
 from gazechair.board import ports
 from gazechair.service import hotspot
 from gazedeb import __main__, package
@@ -171,9 +172,6 @@ def test_two_builds_at_once_fetch_the_wheels_once(
 
 
 def test_half_of_the_wheels_is_not_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left on device")
-
     monkeypatch.setattr(package, "_pip", lambda *words: fetch(words))
     for does in ("copyfile", "rename"):
         with monkeypatch.context() as context:

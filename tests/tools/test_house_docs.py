@@ -121,6 +121,16 @@ def test_every_path_in_the_architecture_exists() -> None:
         assert [path for path in paths if "/" in path and not (numbers.ROOT / path).exists()] == []
 
 
+def test_every_file_on_the_way_of_a_glance_a_beam_and_a_turn_exists() -> None:
+    text = (numbers.ROOT / "docs" / "architecture.md").read_text()
+    ways = text.partition("## One glance")[2].partition("## Where is")[0]
+    named = re.findall(r"`([\w/]+\.(?:py|js))`", ways)
+    assert len(named) > 30
+    folders = ("firmware", "protocol", "host", "web")
+    there = [path.as_posix() for one in folders for path in (numbers.ROOT / one).rglob("*.*")]
+    assert [name for name in named if not any(path.endswith(f"/{name}") for path in there)] == []
+
+
 def test_every_package_says_in_a_sentence_what_belongs_in_it() -> None:
     found = dict(rooms.rooms())
     assert len(found) > 50

@@ -24,7 +24,7 @@ from gazemeasure.go.another import (
     STOPS,
     TURNS,
     Another,
-    Done,
+    Redirected,
     add,
     class_of,
     floor_s,
@@ -99,11 +99,11 @@ def test_what_a_path_asks_depends_on_how_the_chair_moves(
 SLOW = (STARTS, STOPS, BACKS)
 
 
-def done(how: str = CURVES, after_s: float = 0.4, **driven: Any) -> Done:
-    return Done(Job(KIND, 1), "3.1", Driven(**{"arrived": True, **driven}), how, after_s)
+def done(how: str = CURVES, after_s: float = 0.4, **driven: Any) -> Redirected:
+    return Redirected(Job(KIND, 1), Driven(**{"arrived": True, **driven}), "3.1", how, after_s)
 
 
-def ok(*of: Done) -> bool:
+def ok(*of: Redirected) -> bool:
     report = Report("")
     add(report, list(of))
     return report.ok

@@ -16,9 +16,9 @@ pytestmark = pytest.mark.costly
 HALL = ((-5.0, -5.0, 5.0, -5.0), (5, -5, 5, 5), (5, 5, -5, 5), (-5, 5, -5, -5))
 
 
-def before_a_wall(verb: int = codes.FORWARD) -> Task:
+def before_a_wall() -> Task:
     wall = box(2.2, 0.0, 0.2, 3.0, 0.0, 2.0, "wall")
-    return Task("room", Room("wall", HALL, (wall,)), verb, 4.0)
+    return Task("room", Room("wall", HALL, (wall,)), codes.FORWARD, 4.0)
 
 
 @pytest.mark.parametrize("profile", ["1.2", "5.1"])

@@ -43,7 +43,7 @@ def test_the_switch_is_pressed_after_the_light_and_held_as_long_as_planned() -> 
     events, at = [], 0.0
     for n in range(200):
         at = n * 0.025
-        person.sees(["left"] if at >= 1.0 else ["forward"], at)
+        person.sees(["left"] if at >= 1.0 else ["forward"])
         for kind, _ in person.tick(at, way, False):
             events.append((kind, at))
             if kind == "keydown":
@@ -65,7 +65,7 @@ def test_a_gaze_that_nothing_answers_looks_away_and_again() -> None:
 def test_who_stands_before_the_door_lets_go_turns_and_goes_on() -> None:
     way, person = Way(0.1, 2.5), Switcher(1, True)
     way.see(Pose(x_m=-0.9, y_m=0.03, heading_deg=-1))
-    person.sees(["forward"], 0.0)
+    person.sees(["forward"])
     events = []
     for n in range(300):
         for kind, _ in person.tick(n * 0.025, way, False):

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from fulldisk import full
 from gazeboard.core import limits
 from gazechair.base.told import ToldError
 from gazechair.blackbox.reader import LogFile
@@ -354,9 +355,6 @@ def test_a_log_without_a_trace_is_refused(tmp_path: Path, capsys: Any) -> None:
 def test_a_view_that_cannot_be_written_is_one_line(
     recorded: Any, capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
     monkeypatch.setattr("os.replace", full)
     picture = tmp_path / "drive.svg"
     assert command_line(["replay", str(recorded(cable)), "--view", str(picture)]) == 2

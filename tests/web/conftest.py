@@ -10,6 +10,7 @@ from fakehost import OFF, FakeHost
 from patience import wait_until
 from plugintiles import AHEAD, tiled
 from webperson import CARETAKER, Driver, save
+from webscanner import Scanner, opened
 
 # Counts what reached the page, lets a test speak on the page's own sockets, and repeats there what
 # came before: the host's states and the pointer's moves, each after some ms on the page's clock.
@@ -208,6 +209,12 @@ def caretaker(page: Page, host: FakeHost) -> Driver:
     person = Driver(page, host)
     person.open("caretaker")
     return person
+
+
+@pytest.fixture
+def scanner(page: Page, host: FakeHost) -> Scanner:
+    """Armed, and this page drives; the switch is the space bar."""
+    return opened(page, host)
 
 
 @pytest.fixture

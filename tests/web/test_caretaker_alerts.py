@@ -20,8 +20,8 @@ def page(page):
     return page
 
 
-def open_alerts(caretaker, revision=1):
-    caretaker.state(alerts=revision)
+def open_alerts(caretaker):
+    caretaker.state(alerts=1)
     wait_until(lambda: caretaker.page.locator("#alerts li").count(), "the alerts")
     caretaker.page.locator("#tab-alarms").click()
 

@@ -17,11 +17,6 @@ STEP_REPEATS = 150 // HEARTBEAT_MS
 KEYS = {"ArrowUp": "forward", "ArrowLeft": "left", "ArrowRight": "right"}
 
 
-def last(driver):
-    """The newest message that moves or stops."""
-    return driver.heard("cmd", "stop")[-1]
-
-
 def choose_step(driver):
     driver.page.locator("#mode").click()
     assert driver.data("mode") == "step"
@@ -63,7 +58,7 @@ def test_a_newcomer_drives_with_the_mouse_by_press_and_hold(driver):
     driver.advance(1000)
     assert len(driver.heard("cmd")) - 1000 // HEARTBEAT_MS in (0, 1)
     driver.page.mouse.up()
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
     driver.forget()
     driver.advance(1500, look="forward")
     assert driver.heard("cmd") == []
@@ -72,16 +67,16 @@ def test_a_newcomer_drives_with_the_mouse_by_press_and_hold(driver):
 def test_hovering_drives_after_the_dwell_and_leaving_stops(driver):
     driver.hover("forward")
     driver.advance(500, look="forward")
-    assert last(driver)["verb"] == "forward"
+    assert driver.newest()["verb"] == "forward"
     driver.advance(100, look=(0.5, 0.6))
-    assert last(driver)["k"] == "cmd"  # a blink's length is forgiven
+    assert driver.newest()["k"] == "cmd"  # a blink's length is forgiven
     driver.advance(150, look=(0.5, 0.6))
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
 
 
 def test_a_frozen_pointer_stops(driver):
     driver.hover("left")
-    assert last(driver)["verb"] == "left"
+    assert driver.newest()["verb"] == "left"
     driver.advance(300)
     driver.forget()
     driver.advance(400)
@@ -95,7 +90,7 @@ def test_a_pointer_event_at_the_same_place_is_no_proof(driver):
     for _ in range(8):
         driver.page.mouse.move(x, y)
         driver.advance(100)
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
 
 
 def test_a_step_is_one_edge_until_the_gaze_left_and_returned(driver):
@@ -119,9 +114,9 @@ def test_a_touch_drives_while_it_lasts_and_a_step_survives_its_end(chromium, pag
     x, y = driver.spot("right")
     touch("touchStart", [{"x": x, "y": y}])
     driver.advance(500)
-    assert last(driver)["verb"] == "right"
+    assert driver.newest()["verb"] == "right"
     touch("touchEnd", [])
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
     choose_step(driver)
     touch("touchStart", [{"x": x, "y": y}])
     touch("touchEnd", [])
@@ -142,7 +137,7 @@ def test_what_a_stylus_over_the_page_holds_ends_when_it_leaves(driver):
     driver.advance(100, look="forward")
     driver.forget()
     Stylus(driver).leave()
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
 
 
 @pytest.mark.parametrize("mode", ["continuous", "step"])
@@ -155,7 +150,7 @@ def test_a_stylus_that_leaves_while_it_dwells_chooses_nothing(driver, mode):
     driver.advance(300)
     assert driver.heard("cmd") == []
     driver.hover("forward")
-    assert last(driver)["verb"] == "forward"
+    assert driver.newest()["verb"] == "forward"
 
 
 def test_a_stylus_that_leaves_while_it_dwells_presses_no_button(driver):
@@ -176,7 +171,7 @@ def test_an_arrow_key_drives_while_held(driver):
         said = driver.heard("cmd", "stop")
         assert {(m["verb"], m["edge"]) for m in said[:-1]} == {(verb, edge)}
         assert len(said) - 1 - 400 // HEARTBEAT_MS in (0, 1)
-        assert last(driver)["k"] == "stop"
+        assert driver.newest()["k"] == "stop"
 
 
 def keyed(driver, kind, key, code):
@@ -191,9 +186,9 @@ def keyed(driver, kind, key, code):
 def test_a_key_of_the_keypad_that_comes_up_as_a_digit_stops(driver):
     keyed(driver, "keydown", "ArrowUp", "Numpad8")
     driver.advance(200)
-    assert last(driver)["verb"] == "forward"
+    assert driver.newest()["verb"] == "forward"
     keyed(driver, "keyup", "8", "Numpad8")
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
     driver.forget()
     driver.advance(500)
     assert driver.heard("cmd") == []
@@ -203,7 +198,7 @@ def test_cmd_ends_what_a_key_holds(driver):
     driver.page.keyboard.down("ArrowUp")
     driver.advance(200)
     driver.page.keyboard.down("Meta")  # macOS reports no release from now on
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
     driver.forget()
     driver.page.keyboard.up("Meta")
     driver.page.keyboard.down("ArrowUp")  # the key repeats
@@ -213,7 +208,7 @@ def test_cmd_ends_what_a_key_holds(driver):
 
 def test_space_stops_and_enter_arms(driver):
     driver.page.keyboard.press(" ")
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
     driver.state(state="disarmed")
     driver.advance(500)
     driver.page.keyboard.press("Enter")
@@ -328,7 +323,7 @@ def test_losing_the_armed_state_ends_a_hold_for_good(driver):
 
 def test_assistive_clicks_without_a_pointer_work(driver):
     driver.page.evaluate("document.getElementById('stop').click()")
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
     driver.state(state="disarmed")
     driver.advance(500)
     driver.page.evaluate("document.getElementById('arm').click()")
@@ -343,4 +338,4 @@ def test_an_entered_target_holds_the_gaze_a_little_longer(driver):
     assert driver.heard("cmd") == []
     driver.hover("left")
     driver.advance(600, look=beside)
-    assert last(driver)["k"] == "cmd"
+    assert driver.newest()["k"] == "cmd"

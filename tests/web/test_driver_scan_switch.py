@@ -8,12 +8,6 @@ from webscanner import DIRECTIONS, opened
 pytestmark = pytest.mark.browser
 
 
-@pytest.fixture
-def scanner(page, host):
-    """Armed, and this page drives; the switch is the space bar."""
-    return opened(page, host)
-
-
 @pytest.mark.parametrize("how", ["the release has another name", "Cmd goes down"])
 def test_a_switch_whose_release_cannot_be_recognised_drives_no_further(scanner, how):
     scanner.choose(DIRECTIONS, ["forward"])

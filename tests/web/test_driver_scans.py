@@ -13,12 +13,6 @@ pytestmark = pytest.mark.browser
 MOVES = {"motion": "forward", "output_permille": [500, 0]}
 
 
-@pytest.fixture
-def scanner(page, host):
-    """Armed, and this page drives; the switch is the space bar."""
-    return opened(page, host)
-
-
 def test_it_is_off_until_a_profile_asks_for_it_and_then_needs_no_reload(driver, host):
     driver.advance(2000)
     assert driver.page.evaluate(LIT) == []

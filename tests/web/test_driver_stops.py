@@ -10,11 +10,6 @@ from patience import wait_until
 pytestmark = pytest.mark.browser
 
 
-def last(driver):
-    """The newest message that moves or stops."""
-    return driver.heard("cmd", "stop")[-1]
-
-
 HIDE = {
     "blur": "dispatchEvent(new Event('blur'))",
     "pagehide": "dispatchEvent(new Event('pagehide'))",
@@ -38,7 +33,7 @@ def hold(driver, by):
     else:
         driver.page.keyboard.down("ArrowUp")
     driver.advance(100, look="forward" if by == "gaze" else None)
-    assert last(driver)["k"] == "cmd"
+    assert driver.newest()["k"] == "cmd"
 
 
 def test_hiding_the_page_in_any_way_stops_at_once(driver):
@@ -146,7 +141,7 @@ def test_a_silent_host_ends_the_hold_and_is_shown(driver):
     assert not driver.page.locator("#lost").is_visible()
     driver.run_for(700)  # and the host sends nothing
     assert driver.page.locator("#lost").is_visible()
-    assert last(driver)["k"] == "stop"
+    assert driver.newest()["k"] == "stop"
     driver.state()
     assert not driver.page.locator("#lost").is_visible()
     driver.forget()
@@ -154,7 +149,7 @@ def test_a_silent_host_ends_the_hold_and_is_shown(driver):
     assert driver.heard("cmd") == []  # the key is still down: a new press is needed
     driver.page.keyboard.up("ArrowUp")
     driver.page.keyboard.down("ArrowUp")
-    assert last(driver)["edge"] == 2
+    assert driver.newest()["edge"] == 2
 
 
 def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
@@ -168,7 +163,7 @@ def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
     driver.advance(1000, look="forward")
     assert driver.heard("cmd") == []  # the gaze never left: nothing starts by itself
     driver.hover("forward")
-    assert last(driver)["edge"] == 2
+    assert driver.newest()["edge"] == 2
 
 
 def sockets(driver, more="true") -> int:

@@ -26,6 +26,7 @@ IDLE = {"step": "", "lines": [], "pulses": 0, "straight": 0, "asks": "", "ended"
 FAILED = {"step": "camera", "ok": False, "reason": "first_failed", "detail": "the marks"}
 FAILED |= {"told": "floor_residual", "fields": {"mark": 2, "cm": 14.2}}
 KNOWN = {"residual_mm": 12, "fits": True}
+OFF = (0.015, -0.01)  # where a finger taps beside a mark, in shares of the picture
 LINES = [{"m": 2.0, "px": [[0.1, 0.55], [0.5, 0.5], [0.9, 0.55]]}]
 
 
@@ -101,13 +102,13 @@ class Marking:
         self.page.mouse.move(x + du * box["width"], y + dv * box["height"], steps=5)
         self.page.mouse.up()
 
-    def mark(self, off=(0.015, -0.01)):
+    def mark(self):
         """Tap beside the requested mark, as a finger does; correct the cross; continue."""
         at = EYE.pixel(*self.place())
         u, v = at[0] / EYE.width_px, at[1] / EYE.height_px
-        self.tap(u + off[0], v + off[1])
+        self.tap(u + OFF[0], v + OFF[1])
         assert "kruis" in self.page.locator("#marking .panel p").first.inner_text()
-        self.drag(off[0] * 4, off[1] * 4)
+        self.drag(OFF[0] * 4, OFF[1] * 4)
 
     def posted(self):
         return [wish["value"] for path, wish in self.host.posted if path == "/first-drive"]

@@ -17,7 +17,7 @@ from gazechair.people.profiles import fields
 from gazechair.plugins.child import LOST, RAISED, SETTING, STARTING
 from gazechair.plugins.found import GROUPS
 from gazechair.plugins.service import MISSING
-from gazechair.producers import people, spots
+from gazechair.producers import tiles
 from gazechair.sensing.mapping import making
 from gazechair.sensing.mapping.making import ASKEW, BROKEN, FULL, SILENT
 from gazechair.sensing.mapping.stored import places
@@ -123,8 +123,8 @@ def test_everything_about_maps_has_words():
 def test_every_tile_of_a_place_has_a_sign_that_the_page_draws():
     drawn = re.findall(r"^  (\w+): \[", (WEB / "signs.js").read_text("utf-8"), re.M)
     tools = {"home", "no_go"}
-    tiles = {target.icon for target in people.people(True).values()} | set(spots.TILES)
-    assert sorted(drawn) == sorted({*places.ICONS, *tools, *tiles})
+    auto = {target.icon for target in tiles.people(True).values()} | set(tiles.TILES)
+    assert sorted(drawn) == sorted({*places.ICONS, *tools, *auto})
     chosen = (WEB / "map_tools.js").read_text("utf-8").partition("ICONS = [")[2].partition("];")[0]
     assert tuple(re.findall(r"\"(\w+)\"", chosen)) == places.ICONS
 

@@ -16,7 +16,7 @@ from gazechair.plugins.found import Found, installed
 def add(commands: Any) -> None:
     """Add it to argparse's subparsers `commands`."""
     plugin = commands.add_parser("plugin", help="inputs and modes: list, check, create")
-    acts = plugin.add_subparsers(title="acts", required=True, metavar="ACT")
+    acts = plugin.add_subparsers(title="actions", required=True, metavar="ACTION")
     shown = acts.add_parser("list", help="list what is installed, with every setting")
     shown.set_defaults(act=_list)
     check = acts.add_parser("check", help="run the contract tests in the virtual chair")

@@ -16,11 +16,12 @@ from unittest import mock
 
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.config.settings import Config
+from gazechair.driving.clients import ROLES
 from gazechair.driving.control import Control
 from gazechair.plugins import NOTHING, STOP, choose, drive, hold, step
 from gazechair.plugins.exchange import BadValue, Value
 from gazechair.plugins.producer import InputProducer, ModeProducer
-from gazecontract.fuzz_speakers import ROLES, Device, Link, Page, meaning_of, motion_of
+from gazecontract.fuzz_speakers import Device, Link, Page, meaning_of, motion_of
 from gazecontract.producer_oracle import Oracle, PressKey, Violation
 from gazelink import codes
 

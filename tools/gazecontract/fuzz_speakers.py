@@ -14,7 +14,6 @@ from gazelink import codes
 from gazesim.board_limits import LIMITS
 
 QUIET = BoardState(0, 0, 0, 0, 0, 0, 90.0, 0, 12, 0, 0, 0, 0.0)
-ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER, "viewer": codes.NOBODY}
 
 
 class Link:

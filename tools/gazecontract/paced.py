@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import Any
 
-from gazechair.base.supervisor import DATA, FACTS, RecordReader
+from gazechair.base.child_records import DATA, FACTS, RecordReader
 from gazechair.plugins.exchange import Facts, unpack_facts
 from gazechair.plugins.found import Found
 

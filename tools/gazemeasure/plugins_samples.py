@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gazechair.base.supervisor import DATA
+from gazechair.base.child_records import DATA
 from gazechair.plugins import NOTHING, Input, Intent, Mode, World, setting, text
 from gazechair.plugins.exchange import Value
 

@@ -157,7 +157,7 @@ class _Run:
             )
             for what, edge in said:
                 self._obey(what, edge, (chair.now_ms - begun_ms) / 1000)
-            self._person.sees(lit, (chair.now_ms - begun_ms) / 1000)
+            self._person.sees(lit)
             chair.holds = chair.now_ms - self._said_ms < 2 * _TICK_MS + 1
             chair.run(_TICK_MS)
             pose = chair.world.chair

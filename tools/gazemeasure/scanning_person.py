@@ -130,7 +130,7 @@ class Person:
         """The events of this moment; `moves`: the page shows that the chair moves."""
         raise NotImplementedError
 
-    def sees(self, lit: list[str], now_s: float) -> None:
+    def sees(self, lit: list[str]) -> None:
         """Take the lit targets."""
 
     def hears(self, what: str, edge: int, now_s: float, way: Way) -> None:
@@ -184,7 +184,7 @@ class Switcher(Person):
         self._release_s: float | None = None
         self._down = False
 
-    def sees(self, lit: list[str], now_s: float) -> None:
+    def sees(self, lit: list[str]) -> None:
         """A newly lit target is a new chance."""
         self._fresh = self._fresh or lit != self._lit
         self._lit = lit

@@ -34,7 +34,7 @@ from dataclasses import dataclass
 
 from gazechair.base.angles import half_turn_deg
 
-DWELL_S, STEER_DWELL_S, GRACE_S, STALE_S = 0.6, 0.2, 0.2, 0.5
+DWELL_S, GRACE_S, STALE_S = 0.6, 0.2, 0.5
 _LOOK_S, _LOOK_SD_S = 0.35, 0.08
 _BLINK_EVERY_S, _BLINK_S = 4.0, (0.1, 0.3)
 _DROPOUT_EVERY_S, _DROPOUT_S = 30.0, (0.3, 2.0)

@@ -20,6 +20,7 @@ from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.points import Piece
 from gazesim.home_routes import HEADINGS_DEG, Costs, Pose, Router
 from gazesim.homes import FARTHEST_M, Home
+from gazesim.lidar_noise import MISSING, NOISE_M
 from gazesim.rooms import Array
 
 STEP_S = 0.01
@@ -27,8 +28,6 @@ _HEAR_S = 0.02  # between two states of the board
 _PEOPLE_S = 0.05
 _TURN_S = 0.1  # one turn of the mirror
 LIDAR_HEIGHT_M = 0.25
-_NOISE_M = 0.006
-_MISSING = 0.003
 _NEAREST_M = 0.05
 
 _DEAD_S = 0.15
@@ -325,6 +324,6 @@ class Drive:
         metres = np.empty(len(order))
         metres[order] = self.home.cast_moving(x_m[order], y_m[order], turned[order], LIDAR_HEIGHT_M)
         seen = (metres >= _NEAREST_M) & (metres <= FARTHEST_M)
-        seen &= self._random.random(len(metres)) >= _MISSING
-        noisy = np.round((metres + self._random.normal(0.0, _NOISE_M, len(metres))) * 1000.0)
+        seen &= self._random.random(len(metres)) >= MISSING
+        noisy = np.round((metres + self._random.normal(0.0, NOISE_M, len(metres))) * 1000.0)
         return np.where(seen, noisy / 1000.0, 0.0)

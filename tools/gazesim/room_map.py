@@ -12,6 +12,7 @@ from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.places import Drawn
+from gazesim.lidar_noise import NOISE_M
 from gazesim.rooms import Array, Room
 from gazesim.world import LIDAR_HEIGHT_M, TWO
 
@@ -19,7 +20,6 @@ _EVERY_M = 0.7
 _HEADINGS_DEG = (0.0, 90.0, 180.0, 270.0)
 _BEAMS = 1080
 _SEEN_DEG = 135.0
-_NOISE_M = 0.006
 
 
 def store(room: Room, places: Mapping[str, tuple[str, float, float, float]], path: Path) -> None:
@@ -51,7 +51,7 @@ def _key_scan(room: Room, pose: Array, chance: np.random.Generator) -> KeyScan:
         at = pose[0] + c * x - s * y, pose[1] + s * x + c * y
         metres = room.cast(*at, angles + pose[2], LIDAR_HEIGHT_M)
         seen = np.isfinite(metres)
-        noisy = metres[seen] + chance.normal(0.0, _NOISE_M, int(seen.sum()))
+        noisy = metres[seen] + chance.normal(0.0, NOISE_M, int(seen.sum()))
         rays = np.stack((np.cos(angles[seen]), np.sin(angles[seen])), axis=1)
         points.append(np.array((x, y)) + noisy[:, None] * rays)
         origins.append(np.tile((x, y), (len(noisy), 1)))

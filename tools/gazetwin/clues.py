@@ -55,7 +55,7 @@ def swings(trace: Trace) -> int:
     return trace.swings(10.0, TENTH_DEG)
 
 
-def unstable_from(turn: Axis, reading: Reading) -> float:
+def _unstable_from(turn: Axis, reading: Reading) -> float:
     """The first of 2, 4, 10, 40 times the published Ki that swings on; 1000 when none does."""
     for times in (2.0, 4.0, 10.0, 40.0):
         gains = replace(PUBLISHED, ki=times * PUBLISHED.ki)
@@ -85,7 +85,7 @@ def values(turn: Axis, reading: Reading) -> Iterator[tuple[str, float]]:
     yield "gains", max(abs(trace.error_deg(LONG_S)) for trace in lefts)
     slow = run(profile_axis(turn, "1.2"), reading, PUBLISHED, 30.0, CUTOFF_DEG, "1.2")
     yield "harder", abs(slow.error_deg(30.0))
-    yield "unstable", unstable_from(turn, reading)
+    yield "unstable", _unstable_from(turn, reading)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ from typing import Any
 
 from gazechair.alerts import apprise_route
 from gazechair.alerts.mqtt import Broker
-from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.base.child_main import enter_child
+from gazechair.base.child_records import RecordWriter
 
 LONGEST = 1 << 16  # bytes of a message to this process
 LIMIT_S = 12.0

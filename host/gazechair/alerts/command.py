@@ -12,8 +12,8 @@ from gazechair.alerts import apprise_route
 from gazechair.alerts.book import Alert, alert_of
 from gazechair.alerts.child import LIMIT_S
 from gazechair.alerts.diary import Diary
+from gazechair.alerts.message import message_of
 from gazechair.alerts.reasons import TRIED
-from gazechair.alerts.words import words
 from gazechair.base.languages import sentence
 from gazechair.base.state_folder import state_folder
 from gazechair.base.told import ToldError
@@ -23,8 +23,8 @@ from gazechair.config.settings import RouteConfig
 
 def add(commands: Any) -> None:
     """Add them to argparse's subparsers `commands`."""
-    alert = commands.add_parser("alert", help="whom to call when somebody is needed")
-    acts = alert.add_subparsers(title="commands", required=True, metavar="WHAT")
+    alert = commands.add_parser("alert", help="test the alert routes, list the alerts")
+    acts = alert.add_subparsers(title="actions", required=True, metavar="ACTION")
     test = acts.add_parser("test", help="send a test over every route, and print the results")
     listed = acts.add_parser("list", help="print the diary: every alert, and who was reached")
     test.set_defaults(act=_test)
@@ -39,7 +39,7 @@ def _test(options: argparse.Namespace) -> int:
         raise ToldError("no [[alerts.route]] is configured; read docs/alerts.md")
     if not apprise_route.installed():
         raise ToldError(apprise_route.MISSING)
-    said = words(Alert(0, TRIED, time.time()), "", config.web.language)
+    said = message_of(Alert(0, TRIED, time.time()), "", config.web.language)
     results: dict[str, str] = {}
 
     def send(route: RouteConfig) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from gazechair.alerts.book import ANSWER_S
 from gazechair.alerts.child import LONGEST
-from gazechair.alerts.words import Words
+from gazechair.alerts.message import Message
 from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.base.reasons import PARTS
@@ -62,14 +62,14 @@ class Sender(Supervised):
             self._ours.close()
             self._its.close()
 
-    def send(self, number: int, route: str, url: str, words: Words) -> str:
+    def send(self, number: int, route: str, url: str, message: Message) -> str:
         """Hand it over; returns why that is not possible, or "": the result will follow."""
         job = {
             "number": number,
             "route": route,
             "url": url,
-            "title": words.title,
-            "body": words.body,
+            "title": message.title,
+            "body": message.body,
             "till_s": time.monotonic() + ANSWER_S,
         }
         packet = json.dumps(job).encode()

@@ -14,10 +14,10 @@ from gazechair.alerts import apprise_route, mqtt
 from gazechair.alerts.book import ACKNOWLEDGED, OPEN, OVER, SENT, Alert, Book, Route
 from gazechair.alerts.diary import PART as DIARY
 from gazechair.alerts.diary import Diary
+from gazechair.alerts.message import message_of
 from gazechair.alerts.reasons import HELP, HELP_WANTED, KINDS, PART, TEST, TRIED
 from gazechair.alerts.sender import LOST, Sender
 from gazechair.alerts.watch import Situation, Watch, named_in
-from gazechair.alerts.words import words
 from gazechair.base import health as states
 from gazechair.base.battery import charge_percent
 from gazechair.base.health import HealthRegistry
@@ -223,7 +223,7 @@ class Alerts:
     def _send(self, alert: Alert, route: str, driver: str) -> str:
         if self._sender is None or not apprise_route.installed():
             return apprise_route.MISSING
-        said = words(alert, driver, self._language)
+        said = message_of(alert, driver, self._language)
         return self._sender.send(alert.number, route, self._urls[route], said)
 
     def _run(self) -> None:

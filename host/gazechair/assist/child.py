@@ -12,8 +12,9 @@ from typing import Any, NoReturn
 
 from gazechair.assist.assist import Assist
 from gazechair.assist.message import Message, unpack
+from gazechair.base.child_main import child_main
+from gazechair.base.child_records import RecordWriter
 from gazechair.base.newest_line import NewestLine
-from gazechair.base.supervisor import RecordWriter, child_main
 from gazechair.config.settings import FootprintConfig
 from gazechair.sensing.clearance.evaluate import footprint_of
 from gazechair.sensing.odometry import inbox

@@ -1,44 +1,31 @@
 """Supervises child processes, each of which owns a device whose library can hang.
 
-A child writes records to its standard output: length of what follows (u32, little-endian), kind
-(one byte), payload. Kind "S" is a status, JSON {"state", "reason", "detail"}; kind "D" is the
-newest value, of which the parent keeps only the newest; kind "F" are facts about the child itself.
-
-A child may also read: messages arrive as lines on its standard input, and only the newest
-counts. The parent never waits for a child that does not read.
+A child writes records (child_records.py). It may also read: messages arrive as lines on its
+standard input, and only the newest counts. The parent never waits for a child that does not read.
 """
 
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import json
 import logging
 import os
 import select
-import signal
-import struct
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
-from gazechair.base.child_process import END, drain, end, say_to, would_run
+from gazechair.base.child_process import drain, end, say_to, would_run
+from gazechair.base.child_records import DATA, FACTS, MAX_RECORD, RecordReader
 from gazechair.base.rate_limit import RateLimit
 
-STATUS = b"S"
-DATA = b"D"
-FACTS = b"F"
-MAX_RECORD = 1 << 20
 _MOST_PATIENCE = 8
 _GIVEN_UP = 10  # children that delivered nothing, before the first that does
 _GIVEN_UP_PAUSE_S = 60.0
 _STATUS_COST = 20  # records: each may become a line of the log
-_HEADER = struct.Struct("<I")
-_PR_SET_PDEATHSIG = 1
 _LOOK_S = 0.1
 
 log = logging.getLogger(__name__)
@@ -53,84 +40,6 @@ class Status:
     detail: str
     how: str = ""
     """How a child was lost, by its supervisor: "unstarted", "wrong", "ended" or "hangs"."""
-
-
-class RecordReader:
-    """Cuts a child's byte stream into records of at most `longest` bytes."""
-
-    def __init__(self, longest: int = MAX_RECORD) -> None:
-        self._buffer = bytearray()
-        self._longest = longest
-
-    def feed(self, data: bytes) -> list[tuple[bytes, bytes]]:
-        """The complete records in `data` and the bytes before it, as (kind, payload).
-
-        Raises ValueError for a length out of range.
-        """
-        self._buffer += data
-        records = []
-        while len(self._buffer) >= _HEADER.size:
-            (length,) = _HEADER.unpack_from(self._buffer)
-            if not 1 <= length <= self._longest:
-                raise ValueError(f"record of {length} bytes")
-            end = _HEADER.size + length
-            if len(self._buffer) < end:
-                break
-            body = bytes(self._buffer[_HEADER.size : end])
-            records.append((body[:1], body[1:]))
-            del self._buffer[:end]
-        return records
-
-
-class RecordWriter:
-    """The child's side: writes whole records to a file descriptor; raises BrokenPipeError."""
-
-    def __init__(self, fd: int) -> None:
-        self._fd = fd
-
-    def data(self, payload: bytes) -> None:
-        """Send the newest value."""
-        self._write(DATA + payload)
-
-    def status(self, state: str, reason: str, detail: str) -> None:
-        """Send a status."""
-        text = json.dumps({"state": state, "reason": reason, "detail": detail})
-        self._write(STATUS + text.encode())
-
-    def facts(self, payload: bytes) -> None:
-        """Send facts about this child itself to the parent."""
-        self._write(FACTS + payload)
-
-    def _write(self, body: bytes) -> None:
-        left = memoryview(_HEADER.pack(len(body)) + body)
-        while left:
-            left = left[os.write(self._fd, left) :]
-
-
-def enter_child(outlives: bool = False) -> RecordWriter:
-    """First call in a child: die with the parent, end on END, reserve stdout for records.
-
-    `outlives`: the child notices the parent's death itself, and has something to finish.
-    """
-    if sys.platform == "linux" and not outlives:
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    signal.signal(END, lambda *_: sys.exit(0))
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends us
-    signal.signal(signal.SIGTERM, lambda *_: None)  # the same; not SIG_IGN, which programs inherit
-    logging.basicConfig(level=logging.WARNING, format="%(name)s: %(message)s")
-    fd = os.dup(1)
-    os.dup2(2, 1)  # a library that prints must not break the records
-    return RecordWriter(fd)
-
-
-def child_main(run: Callable[[Any, RecordWriter], int]) -> int:
-    """A child's main: `run` gets its JSON argument and serves until the parent closes a pipe."""
-    argument = json.loads(sys.argv[1])
-    out = enter_child()
-    try:
-        return run(argument, out)
-    except BrokenPipeError:
-        return 0
 
 
 @dataclass

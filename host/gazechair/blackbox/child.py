@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.base import health as states
+from gazechair.base.child_main import enter_child
 from gazechair.base.child_process import END
-from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.base.child_records import RecordWriter
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.blackbox.ring import LONGEST, unpack
 from gazechair.blackbox.writer import LogFull, LogWriter

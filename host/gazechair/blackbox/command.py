@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def add(commands: Any) -> None:
     """Add them to argparse's subparsers `commands`."""
     log = commands.add_parser("log", help="read the black box")
-    acts = log.add_subparsers(title="commands", required=True, metavar="WHAT")
+    acts = log.add_subparsers(title="actions", required=True, metavar="ACTION")
     listed = acts.add_parser("list", help="list the files: when, how long, how large")
     shown = acts.add_parser("show", help="print what happened, in words")
     exported = acts.add_parser("export", help="print everything as JSON lines or CSV")
@@ -53,7 +53,7 @@ def chosen(folder: Path, wanted: str | None) -> Path:
     return found[-1]
 
 
-def folder_of(options: argparse.Namespace) -> Path:
+def _folder_of(options: argparse.Namespace) -> Path:
     """Where the files of the configured host are."""
     return state_folder(configuration.load(options.config).web.state_folder) / "log"
 
@@ -77,7 +77,7 @@ def _list(options: argparse.Namespace) -> None:
     from gazechair.blackbox.reader import LogFile
     from gazechair.blackbox.writer import files
 
-    folder = folder_of(options)
+    folder = _folder_of(options)
     total = 0
     for path in files(folder):
         file = LogFile(path)
@@ -106,7 +106,7 @@ def _show(options: argparse.Namespace) -> None:
     from gazechair.blackbox.export import story
     from gazechair.blackbox.reader import LogFile, of_this_version
 
-    file = LogFile(chosen(folder_of(options), options.file))
+    file = LogFile(chosen(_folder_of(options), options.file))
     file.check()
     with of_this_version(file.path):
         for line in story(file.lines()):
@@ -118,7 +118,7 @@ def _export(options: argparse.Namespace) -> None:
     from gazechair.blackbox.export import as_csv, as_json_lines
     from gazechair.blackbox.reader import Line, LogFile
 
-    file = LogFile(chosen(folder_of(options), options.file))
+    file = LogFile(chosen(_folder_of(options), options.file))
     wanted = options.topic
     if options.format == "csv" and wanted is None:
         raise ToldError("a table is of one topic: --topic /board/state")

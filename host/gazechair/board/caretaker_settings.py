@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
+from gazechair.base.refused import Refused
 from gazechair.board.events import SettingReply
 from gazechair.board.state import BoardState
 from gazelink import codes
@@ -27,14 +28,13 @@ _TRIES = 2
 Storing = contextlib.AbstractContextManager[bool]
 
 
-class SettingsRefused(Exception):
-    """Settings not read or changed. `reason`: a key of the string tables; text: one plain line.
+class SettingsRefused(Refused):
+    """Settings not read or changed.
 
     `unheard`: the board may have done it all the same, as its answer was lost."""
 
     def __init__(self, reason: str, detail: str, unheard: bool = False) -> None:
-        super().__init__(detail)
-        self.reason = reason
+        super().__init__(reason, detail)
         self.unheard = unheard
 
 

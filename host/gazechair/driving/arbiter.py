@@ -157,7 +157,7 @@ class Arbiter:
         self._clients[client] = Client(ROLES[role], role, now_s, beside)
         return client
 
-    def disconnect(self, client: int, now_s: float) -> None:
+    def disconnect(self, client: int) -> None:
         """A page has closed. If it drove: stop and disarm."""
         self._press.gone(client)
         if client == self._owner:

@@ -103,6 +103,11 @@ class Control:
         self._link.clearance(clearance)
         self._clearance = clearance
 
+    def role(self, client: int) -> str:
+        """The role of a page, "viewer" for one that has closed."""
+        with self._lock:
+            return self._arbiter.role(client)
+
     def join(self, role: str) -> int:
         """Add an input of a driver or a caretaker; its client id, for act() and disconnect()."""
         with self._lock:
@@ -227,7 +232,7 @@ class Control:
 
     def disconnect(self, client: int) -> None:
         with self._lock:
-            self._arbiter.disconnect(client, self._clock())
+            self._arbiter.disconnect(client)
             self._stop_seen.gone(client)
             self._refresh(self._clock())
 
@@ -385,11 +390,6 @@ class Control:
         if bypass != self._sent_bypass:
             self._sent_bypass = bypass
             self._link.bypass(bypass)
-
-    def role(self, client: int) -> str:
-        """The role of a page, "viewer" for one that has closed."""
-        with self._lock:
-            return self._arbiter.role(client)
 
     def _clearance_old_s(self) -> float:
         return self._limits.clearance_old_ms / 1000 if self._limits else 0.0

@@ -14,7 +14,8 @@ MAX_TOKEN = 1 << 53  # largest integer that is exact in JavaScript
 MAX_SINCE_MS = 500  # the longest time that a page may count from a token
 LOWEST_CAP_PERMILLE = 50
 
-_VERBS = {name: codes.VERBS.index(name) for name in ("forward", "backward", "left", "right")}
+VERBS = {name: codes.VERBS.index(name) for name in codes.DIRECTIONS}
+"""Verbs of the four directions, by their names."""
 
 
 class BadMessage(ValueError):
@@ -146,7 +147,7 @@ def parse(message: dict[str, Any]) -> PageMessage:
         return Reset(_proof(message))
     if kind == "cmd":
         return Drive(
-            _VERBS[_choice(message, "verb", tuple(_VERBS))],
+            VERBS[_choice(message, "verb", tuple(VERBS))],
             codes.MODES.index(_choice(message, "mode", codes.MODES[: codes.TUNE])),
             _integer(message, "edge", 1, MAX_EDGE),
             _proof(message),

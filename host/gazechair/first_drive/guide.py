@@ -17,6 +17,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from gazechair.base.health import HealthRegistry
+from gazechair.base.refused import Refused
 from gazechair.base.told import ToldError
 from gazechair.board.board_commands import Clearance
 from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
@@ -58,12 +59,8 @@ _READY_S = 10.0  # for the board, from one part of tuning to the next
 log = logging.getLogger(__name__)
 
 
-class StepRefused(Exception):
-    """Raised when a step cannot begin or has failed; `reason` is a key of the string tables."""
-
-    def __init__(self, reason: str, detail: str = "") -> None:
-        super().__init__(detail or reason)
-        self.reason = reason
+class StepRefused(Refused):
+    """Raised when a step cannot begin or has failed."""
 
 
 class Steering(Protocol):

@@ -1,4 +1,4 @@
-"""The camera's picture for the pages: reduced to the size that each viewer's link carries."""
+"""The camera's picture: for the pages as each link carries it, for processes, over the floor."""
 
 from gazechair.picture.pacing import Pacing
 from gazechair.picture.reducer import LEVELS, Reducer

@@ -28,6 +28,7 @@ UNSURE_M = 0.5
 _SAME_SHAPE = 0.01  # of the aspect ratio: a picture with another one is from another camera
 _UNDISTORT_STEPS = 12
 _STEP_PX = 0.5
+_EYE_M = 0.6  # from the picture to the driver's eyes
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,6 @@ class FloorCamera:
         pixel: tuple[float, float],
         sigma_px: float,
         calibration_m: float = 0.0,
-        farthest_m: float = FARTHEST_M,
     ) -> Spot | NoSpot:
         """The floor spot at `pixel`.
 
@@ -118,7 +118,7 @@ class FloorCamera:
         if not np.isfinite(found).all():
             return NoSpot(ABOVE_HORIZON)
         away_m = math.hypot(*found)
-        if away_m > farthest_m:
+        if away_m > FARTHEST_M:
             return NoSpot(TOO_FAR)
         slope = self._metres_per_pixel(at[0])
         worse = calibration_m * max(1.0, away_m / 2.0) ** 2
@@ -171,8 +171,6 @@ class FloorCamera:
         return np.asarray((at[1:] - at[0]).T / _STEP_PX)
 
 
-def gaze_px(
-    degrees: float, picture_width_px: int, picture_width_m: float, eye_m: float = 0.6
-) -> float:
-    """`degrees` of gaze in pixels, for a picture `picture_width_m` wide, `eye_m` from the eye."""
-    return eye_m * math.radians(degrees) * picture_width_px / picture_width_m
+def gaze_px(degrees: float, picture_width_px: int, picture_width_m: float) -> float:
+    """`degrees` of gaze in pixels, for a picture `picture_width_m` wide before the driver."""
+    return _EYE_M * math.radians(degrees) * picture_width_px / picture_width_m

@@ -9,7 +9,8 @@ import sys
 import time
 from typing import Any
 
-from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.base.child_main import enter_child
+from gazechair.base.child_records import RecordWriter
 from gazechair.config.tables import BadSetting, described
 from gazechair.plugins import asked
 from gazechair.plugins.contract import Input, Unusable

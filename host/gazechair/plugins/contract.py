@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-DIRECTIONS = ("forward", "backward", "left", "right")
+from gazelink.codes import DIRECTIONS
+
 OUTPUT_MAX = 1000
 
 

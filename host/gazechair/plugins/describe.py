@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gazechair.base import json_text
-from gazechair.base.supervisor import DATA, FACTS, RecordReader
+from gazechair.base.child_records import DATA, FACTS, RecordReader
 from gazechair.config.plugin_tables import PluginConfig
 from gazechair.plugins.child import SETTING
 from gazechair.plugins.exchange import unpack_facts

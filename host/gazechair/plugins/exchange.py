@@ -12,7 +12,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from gazechair.base import json_text
-from gazechair.plugins.contract import DIRECTIONS, OUTPUT_MAX, Intent
+from gazechair.plugins.contract import OUTPUT_MAX, Intent
+from gazelink.codes import DIRECTIONS
 
 LONGEST = 4096
 """Bytes of a record."""

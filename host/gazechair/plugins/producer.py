@@ -10,18 +10,17 @@ from collections.abc import Callable
 from typing import Protocol
 
 from gazechair.base.latest_value import Clock
-from gazechair.driving.messages import LET_GO, STOP, Beat, Drive, PageMessage, UseMode
+from gazechair.driving.messages import LET_GO, STOP, VERBS, Beat, Drive, PageMessage, UseMode
 from gazechair.driving.mode_context import ModeOutput
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.tokens import VALID_S
-from gazechair.plugins.contract import DIRECTIONS, Intent
+from gazechair.plugins.contract import Intent
 from gazechair.plugins.exchange import AUTO_LIFE_S, LIFE_S, BadValue, Value, unpack
 from gazelink import codes
 
 _AHEAD_S = 0.002  # all processes share one clock: a later time is forged
 _REST_S = 0.3  # as on the driver's page: a worn stick that flickers does not undo a stop
 _LATE_S = 1.0  # only old values for this long are a fault
-_VERBS = {name: codes.VERBS.index(name) for name in DIRECTIONS}
 
 
 class Port(Protocol):
@@ -154,4 +153,4 @@ def _meaning(value: Value, proof: int) -> Drive | UseMode:
         out = (i.linear_permille, i.turn_permille)
         return Drive(codes.DRIVE, codes.CONTINUOUS, edge, proof, *out, LIFE_S)
     mode = codes.STEP if i.do == "step" else codes.CONTINUOUS
-    return Drive(_VERBS[i.what], mode, edge, proof, 0, 0, LIFE_S)
+    return Drive(VERBS[i.what], mode, edge, proof, 0, 0, LIFE_S)

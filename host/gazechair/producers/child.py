@@ -13,9 +13,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NoReturn
 
+from gazechair.base.child_main import enter_child
+from gazechair.base.child_records import RecordWriter
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.base.newest_line import NewestLine
-from gazechair.base.supervisor import RecordWriter, enter_child
 from gazechair.picture.newest import PictureReader
 from gazechair.producers.contract import STEP_S, Setup
 from gazechair.producers.kinds import build

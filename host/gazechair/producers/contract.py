@@ -22,6 +22,10 @@ from gazechair.sensing.odometry.points import Piece
 
 STEP_S = 0.05
 """Period of the steps."""
+CHANGED, UNCALIBRATED = "going_changed", "camera_uncalibrated"
+"""Reasons, keys of the string tables: the target no longer exists; the camera's pose is unknown."""
+KEPT_S = 60.0
+"""How long a chosen spot lasts without a press."""
 
 
 @dataclass(frozen=True)

@@ -20,18 +20,27 @@ from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
 from gazechair.picture.pixels import pixels, size_px
-from gazechair.producers.contract import STEP_S, Ask, Press, Said, Sensed, Setup, SpotProducer
+from gazechair.producers.contract import (
+    KEPT_S,
+    STEP_S,
+    UNCALIBRATED,
+    Ask,
+    Press,
+    Said,
+    Sensed,
+    Setup,
+    SpotProducer,
+)
 from gazechair.producers.moved_by_others import MovedByOthers
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture
 
 # Reasons, keys of the string tables.
 NO_PICTURE, NO_PLACE, UNSEEN_BEHIND = "line_no_picture", "line_no_place", "line_unseen_behind"
-LOST, NOT_NOW, UNCALIBRATED = "line_lost", "line_not_now", "camera_uncalibrated"
+LOST, NOT_NOW = "line_lost", "line_not_now"
 WIDTH_PX = 160
 """Of the pictures that it searches."""
 _CHOOSES_S = 3.0  # longest wait for a picture of a standing chair
-_KEPT_S = 60.0  # how long a choice lasts without a press
 _OLD_S = 1.0  # maximum age of a picture
 
 
@@ -72,7 +81,7 @@ class LineProducer(SpotProducer):
             return Said(None, "ended" if self._refused else "thinks", self._refused)
         reason = self._look(sensed.picture, now_s)
         since_s = now_s - max(ask.at_s, self._pressed_s)
-        if not reason and (since_s > _KEPT_S or self._moved_by_others.moved(self._track, now_s)):
+        if not reason and (since_s > KEPT_S or self._moved_by_others.moved(self._track, now_s)):
             reason = NOT_NOW
         if reason:
             return self._over(reason)

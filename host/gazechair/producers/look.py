@@ -18,17 +18,27 @@ from gazechair.base.poses import between, compose, from_frame, to_frame
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap, costmap_of
 from gazechair.going.look import UNSEEN, goal, seen_from_here
-from gazechair.going.mission import Mission
+from gazechair.going.mission import POSE_LOST, Mission
 from gazechair.going.plan import NoWay, Planner, Pose, Way
 from gazechair.picture.floor import FloorCamera, NoSpot, gaze_px
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
 from gazechair.picture.pixels import size_px
-from gazechair.producers.contract import Ask, Press, Said, Sensed, Setup, SpotProducer
+from gazechair.producers.contract import (
+    CHANGED,
+    KEPT_S,
+    UNCALIBRATED,
+    Ask,
+    Press,
+    Said,
+    Sensed,
+    Setup,
+    SpotProducer,
+)
 from gazechair.producers.moved_by_others import MovedByOthers
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture, spot_over_picture
-from gazechair.producers.ride import POSE_LOST, Ride
+from gazechair.producers.ride import Ride
 from gazechair.producers.track import MapTrack
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.stored.places import Area
@@ -36,13 +46,11 @@ from gazechair.sensing.mapping.stored.store import MapStore
 
 # Reasons, keys of the string tables.
 NO_PICTURE, NO_PLACE, NOT_NOW = "look_no_picture", "look_no_place", "look_not_now"
-UNSEEN_BEHIND, UNCALIBRATED = "look_unseen_behind", "camera_uncalibrated"
-CHANGED = "going_changed"
+UNSEEN_BEHIND = "look_unseen_behind"
 _GAZE_DEG, _TABLET_M = 1.0, 0.29  # of one sample of a gaze, on a tablet that wide
 _DWELL = 0.5  # fraction of it left in the mean over a dwell
 _SCANS, _SCAN_S = 3, 0.09  # of a standing chair
 _CHOOSES_S = 4.0  # longest wait for a standing chair, scans and a picture
-_KEPT_S = 60.0  # see kind "line"
 _AREAS_S = 0.25  # from one look at the stored map to the next
 
 
@@ -99,7 +107,7 @@ class LookProducer(SpotProducer):
             return Said(None, "ended" if self._refused else "thinks", self._refused)
         since_s = now_s - max(ask.at_s, self._pressed_s)
         newest = self._track.newest
-        old = since_s > _KEPT_S or newest is None or newest.track != self._track_of
+        old = since_s > KEPT_S or newest is None or newest.track != self._track_of
         if old or self._moved_by_others.moved(self._track, now_s):
             return self._over(NOT_NOW)
         if self._redrawn(now_s):

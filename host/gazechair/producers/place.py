@@ -10,10 +10,10 @@ import numpy as np
 
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap, costmap_of
-from gazechair.going.mission import DRIVING, Mission
+from gazechair.going.mission import DRIVING, POSE_LOST, Mission
 from gazechair.going.plan import Planner, Pose
 from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
-from gazechair.producers.ride import POSE_LOST, Ride
+from gazechair.producers.ride import Ride
 from gazechair.producers.track import MapTrack
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore, Stored

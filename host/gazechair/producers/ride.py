@@ -13,6 +13,7 @@ from gazechair.going.mission import (
     DRIVING,
     LOST,
     PLANNING,
+    POSE_LOST,
     Mission,
     Planned,
 )
@@ -24,7 +25,6 @@ from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.motion import Motion
 
-POSE_LOST = "going_pose_lost"
 _BLOCKED_S = 30.0
 _SCAN_S = 0.09  # between two views of the chair's surroundings
 _STATES = {DRIVING: "drives", BLOCKED: "blocked", PLANNING: "thinks"}

@@ -22,6 +22,7 @@ from gazechair.plugins import producer
 from gazechair.plugins.child import LOST
 from gazechair.plugins.exchange import RECORDS_PER_S
 from gazechair.producers import exchange
+from gazechair.producers.contract import CHANGED
 from gazechair.producers.places import Target
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts, pack
 from gazechair.sensing.odometry import inbox
@@ -30,7 +31,7 @@ from gazechair.sensing.odometry.inbox_service import InboxService
 from gazelink import codes
 
 # Why a motion ended, apart from the reasons of its producer and the board.
-STOPPED, CHANGED, FAILED = "going_stopped", "going_changed", "going_failed"
+STOPPED, FAILED = "going_stopped", "going_failed"
 _BOARD_SAYS = {"supervision_lost", "auto_overruled", "auto_limit"}
 _BOARD_SAYS |= {name for _bit, name, _severity, _latched in codes.FAULTS}
 

@@ -26,7 +26,7 @@ class Access:
         self,
         config: Config,
         port: DriverPort,
-        video: Latest[Frame] | None,
+        pictures: Latest[Frame] | None,
         settings: CaretakerSettings,
         alerts: AlertBook,
         steps: Steps,
@@ -36,7 +36,7 @@ class Access:
         """Arguments: see WebServer; `devices`: the health of the list of paired devices."""
         self._config = config
         self._driver_port = port
-        self._video = video
+        self._pictures = pictures
         self._settings = settings
         self._alerts = alerts
         self._steps = steps
@@ -62,7 +62,7 @@ class Access:
             self._web = WebServer(
                 self._config,
                 self._driver_port,
-                self._video,
+                self._pictures,
                 self._desk,
                 folder,
                 self._settings,

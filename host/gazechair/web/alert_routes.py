@@ -7,7 +7,7 @@ from typing import Any, Protocol
 from flask import Flask, Response, request
 
 from gazechair.people.pairing import Device
-from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caretaker
+from gazechair.web.answers import answer, body, only_caretaker, refuse
 from gazechair.web.guard import DEVICE
 
 
@@ -24,18 +24,14 @@ def add_routes(app: Flask, alerts: AlertBook) -> None:
 
     @app.get("/alerts")
     def alerts_now() -> Response:
-        return unless_caretaker() or answer(alerts.as_json())
+        only_caretaker()
+        return answer(alerts.as_json())
 
     @app.post("/alerts")
     def change_alerts() -> Response:
-        refusal = unless_caretaker()
-        if refusal is not None:
-            return refusal
+        only_caretaker()
         device: Device = request.environ[DEVICE]
-        try:
-            posted = body()
-        except BadRequest as error:
-            return error.response()
+        posted = body()
         number = posted.get("acknowledge")
         if len(posted) == 1 and posted.get("test") is True:
             alerts.test(device.name)

@@ -68,6 +68,6 @@ def readable(raw: socket.socket, limit_s: float) -> bool:
 
 
 def cut(connection: Any) -> None:
-    """Break a Connection now: threads that wait for it, sending or receiving, wake up."""
+    """Break a connection by its `raw` socket: threads that send or receive on it wake up."""
     with contextlib.suppress(OSError):
         connection.raw.shutdown(socket.SHUT_RDWR)

@@ -8,13 +8,12 @@ connections, half an encryption handshake or an endless header harm nobody.
 
 from __future__ import annotations
 
-import contextlib
-import socket
 import threading
 from dataclasses import dataclass
 from typing import Any
 
 from gazechair.base.latest_value import Clock
+from gazechair.web.connection import cut
 
 MOST_NEW = 48
 MOST_NEW_OF_ADDRESS = 24
@@ -38,11 +37,6 @@ class OpenConnection:
         """It has a deadline, and counts as new: neither settled nor about to close."""
         return not self.settled and not self.evicted
 
-    def cut(self) -> None:
-        """Break the connection; the thread that serves it wakes up and ends."""
-        with contextlib.suppress(OSError):
-            self.raw.shutdown(socket.SHUT_RDWR)
-
 
 class OpenConnections:
     """Thread-safe."""
@@ -65,7 +59,7 @@ class OpenConnections:
                 gone = new[:1]
             for old in gone:
                 old.evicted = True
-                old.cut()
+                cut(old)
             self._connections[raw] = connection
         return gone
 
@@ -86,7 +80,7 @@ class OpenConnections:
         with self._lock:
             for connection in self._connections.values():
                 if connection.settled == what:
-                    connection.cut()
+                    cut(connection)
 
     def cut_overdue(self) -> None:
         """Break connections that have been new for too long. Call it often."""
@@ -95,7 +89,7 @@ class OpenConnections:
             for connection in self._connections.values():
                 if connection.is_new and connection.since_s < limit_s:
                     connection.evicted = True
-                    connection.cut()
+                    cut(connection)
 
     @property
     def new(self) -> int:

@@ -13,7 +13,7 @@ from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import Device
 from gazechair.web.page_client import Ending, PageClient
 from gazechair.web.role_limits import ConnectedPage, Full, makes_way
-from gazechair.web.sockets import CLOSE_REVOKED, CLOSE_TRY_LATER, WebSocket
+from gazechair.web.websocket import CLOSE_REVOKED, CLOSE_TRY_LATER, WebSocket
 
 PAGES = {"driver": 4, "caretaker": 4, "viewer": 4}
 REVOKED = Ending(CLOSE_REVOKED, "this device is not paired any more")

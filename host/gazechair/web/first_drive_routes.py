@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from flask import Flask, Response
 
-from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caretaker
+from gazechair.web.answers import answer, body, only_caretaker, refuse
 
 
 class Steps(Protocol):
@@ -23,17 +23,13 @@ def add_routes(app: Flask, steps: Steps) -> None:
 
     @app.get("/first-drive")
     def steps_now() -> Response:
-        return unless_caretaker() or answer(steps.status())
+        only_caretaker()
+        return answer(steps.status())
 
     @app.post("/first-drive")
     def do_step() -> Response:
-        refusal = unless_caretaker()
-        if refusal is not None:
-            return refusal
-        try:
-            posted = body()
-        except BadRequest as error:
-            return error.response()
+        only_caretaker()
+        posted = body()
         refused = steps.ask(posted)
         if refused is not None:
             return refuse(400 if refused[0] == "bad_message" else 409, *refused)

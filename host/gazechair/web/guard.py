@@ -16,15 +16,17 @@ from gazechair.people.pairing import Device
 from gazechair.people.pairing.store import ROLES
 from gazechair.web.handler import CONNECTION, EARLY, FILE, SETTLE
 from gazechair.web.processor_share import Shares, write_off
-from gazechair.web.sockets import Arrivals, BadHandshake, Line, handshake
+from gazechair.web.websocket import Arrivals, BadHandshake, Line, handshake
 
 Environ = dict[str, Any]
 StartResponse = Callable[..., Any]
 
 DEVICE = "gazechair.device"
 _LIBRARY_SOCKET = "werkzeug.socket"  # where flask-sock looks for the connection
-_PUBLIC = ("/pair", "/me", "/authority.crt", "/static/pair.js", "/static/pair.css")
-_PUBLIC_TOO = ("/static/icon.svg", "/static/strings.js")
+_PUBLIC = (
+    *("/pair", "/me", "/authority.crt", "/static/pair.js", "/static/pair.css"),
+    *("/static/icon.svg", "/static/strings.js"),
+)
 _PUBLIC_FOLDER = "/strings/"
 PAGES = ("/", "/caretaker")
 _MOST_COOKIES = 200  # browsers keep fewer per host
@@ -76,7 +78,7 @@ def foreign(environ: Environ, names: frozenset[str], scheme: str) -> str | None:
         name = ""
     if name not in names and not _is_address(name):
         return f"Host {host!r} is not this machine; open the page by its IP address"
-    if not is_upgrade(environ) and environ.get("REQUEST_METHOD", "GET") in ("GET", "HEAD"):
+    if not _is_upgrade(environ) and environ.get("REQUEST_METHOD", "GET") in ("GET", "HEAD"):
         return None
     origin = environ.get("HTTP_ORIGIN")
     if origin is not None and str(origin).lower() != f"{scheme}://{host}":
@@ -87,14 +89,14 @@ def foreign(environ: Environ, names: frozenset[str], scheme: str) -> str | None:
     return None
 
 
-def is_upgrade(environ: Environ) -> bool:
+def _is_upgrade(environ: Environ) -> bool:
     """True for a request that wants to become a WebSocket."""
     return str(environ.get("HTTP_UPGRADE", "")).lower() == "websocket"
 
 
 def is_public(path: str) -> bool:
     """True for the pairing page and the few files it needs."""
-    return path in _PUBLIC or path in _PUBLIC_TOO or path.startswith(_PUBLIC_FOLDER)
+    return path in _PUBLIC or path.startswith(_PUBLIC_FOLDER)
 
 
 def token_in(environ: Environ, cookie_name: str) -> str:
@@ -151,7 +153,7 @@ class Guard:
         with self._strangers.turn():
             refusal = self._judge(environ)
             if refusal is not None:
-                if refusal.reason == "not_paired" and path in PAGES and not is_upgrade(environ):
+                if refusal.reason == "not_paired" and path in PAGES and not _is_upgrade(environ):
                     return _redirect(environ, start, "/pair")
                 throttled.warn(
                     "refused %s %.80r: %s", environ.get("REMOTE_ADDR"), path, refusal.detail
@@ -165,7 +167,7 @@ class Guard:
                 return self._whole(environ, start)
         if path in self._sockets:
             return self._socket(environ, start, device)
-        if is_upgrade(environ):
+        if _is_upgrade(environ):
             detail = "no WebSocket is at this address"
             return _answer(start, Refusal("400 Bad Request", "bad_message", detail))
         if FILE in environ and device.role == "caretaker":

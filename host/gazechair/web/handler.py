@@ -19,8 +19,8 @@ from gazechair.web.connection import Connection, Patience, PlainConnection
 from gazechair.web.connection_limits import OpenConnections
 from gazechair.web.head import MOST_BODY_BYTES, MOST_HEAD_BYTES, Head, HeadRefused, parse
 from gazechair.web.processor_share import Crowded, Shares
-from gazechair.web.sockets import tune
 from gazechair.web.tls_socket import TlsSocket
+from gazechair.web.websocket import tune
 
 SETTLE = "gazechair.settle"  # in a request's environ: keeps the connection, OpenConnections.settle
 CONNECTION = "gazechair.connection"
@@ -69,7 +69,7 @@ class Exchange:
 
     def _refuse(self, status: str, reason: str, detail: str) -> None:
         text = json.dumps({"reason": reason, "detail": detail})
-        say_plainly(self._connection, status, text, "application/json")
+        _say_plainly(self._connection, status, text, "application/json")
         self._hear_out()
 
     def _read_head(self) -> tuple[bytes, bytes]:
@@ -266,7 +266,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         first = request.recv(1, socket.MSG_PEEK)
         if first not in (b"", _TLS_HELLO):
             line = "this page is encrypted: open it with https://"
-            say_plainly(PlainConnection(request), "400 Bad Request", line)
+            _say_plainly(PlainConnection(request), "400 Bad Request", line)
             return None
         assert self._context is not None
         connection = TlsSocket(request, self._context)
@@ -278,7 +278,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         return connection
 
 
-def say_plainly(
+def _say_plainly(
     connection: Connection, status: str, line: str, kind: str = "text/plain; charset=utf-8"
 ) -> None:
     """Answer a connection that has not reached the application."""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Protocol
 
 from flask import Flask, Response, request
 
 from gazechair.sensing.mapping.stored.picture import Picture
 from gazechair.sensing.mapping.stored.places import EditRefused
-from gazechair.web.answers import BadRequest, answer, body, file_of, refuse, unless_caretaker
+from gazechair.web.answers import answer, body, file_of, only_caretaker, refuse
 
 _STATUS = {
     "map_gone": 404,
@@ -44,32 +43,19 @@ def add_routes(app: Flask, maps: Maps) -> None:
 
     @app.get("/maps")
     def all_maps() -> Response:
-        return unless_caretaker() or answer(maps.as_json())
+        only_caretaker()
+        return answer(maps.as_json())
 
     @app.post("/maps")
     def change_maps() -> Response:
-        refusal = unless_caretaker()
-        if refusal is not None:
-            return refusal
-        try:
-            maps.change(body())
-        except BadRequest as error:
-            return error.response()
-        except EditRefused as error:
-            return _refused(error)
+        only_caretaker()
+        maps.change(body())
         return answer(maps.as_json())
 
     @app.post("/maps/import")
     def add_map() -> Response:
-        refusal = unless_caretaker()
-        if refusal is not None:
-            return refusal
-        try:
-            added = maps.add(file_of("application/zip"))
-        except BadRequest as error:
-            return error.response()
-        except EditRefused as error:
-            return _refused(error)
+        only_caretaker()
+        added = maps.add(file_of("application/zip"))
         return answer({**maps.as_json(), "added": added})
 
     @app.get("/maps/where")
@@ -78,39 +64,34 @@ def add_routes(app: Flask, maps: Maps) -> None:
 
     @app.get("/maps/growing")
     def growing() -> Response:
+        only_caretaker()
         picture = maps.growing()
-        return unless_caretaker() or answer({"picture": picture and picture.as_json()})
+        return answer({"picture": picture and picture.as_json()})
 
     @app.get("/maps/growing.png")
     def growing_picture() -> Response:
-        refusal = unless_caretaker()
+        only_caretaker()
         picture = maps.growing()
-        if refusal is not None or picture is None:
-            return refusal or refuse(404, "map_gone", "no map is being made")
+        if picture is None:
+            return refuse(404, "map_gone", "no map is being made")
         return _png(picture.png)
 
     @app.get("/maps/<id_>")
     def one_map(id_: str) -> Response:
-        return _either(lambda: answer(maps.details(id_)))
+        return answer(maps.details(id_))
 
     @app.get("/maps/<id_>.png")
     def map_picture(id_: str) -> Response:
-        return _either(lambda: _png(maps.picture(id_)))
+        return _png(maps.picture(id_))
 
     @app.get("/maps/<id_>.zip")
     def map_files(id_: str) -> Response:
-        return unless_caretaker() or _either(lambda: _zip(maps.files(id_), id_))
+        only_caretaker()
+        return _zip(maps.files(id_), id_)
 
-
-def _either(act: Callable[[], Response]) -> Response:
-    try:
-        return act()
-    except EditRefused as error:
-        return _refused(error)
-
-
-def _refused(error: EditRefused) -> Response:
-    return refuse(_STATUS.get(error.reason, 400), error.reason, str(error))
+    @app.errorhandler(EditRefused)
+    def refused(error: EditRefused) -> Response:
+        return refuse(_STATUS.get(error.reason, 400), error.reason, str(error))
 
 
 def _png(data: bytes) -> Response:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 from gazechair.base.rate_limit import RateLimit
 from gazechair.driving.driver_port import DriverPort, Message
+from gazechair.driving.refusal import Refusal
 from gazechair.people.pairing import Device
-from gazechair.web.sockets import CLOSE_GOING_AWAY, WebSocket
+from gazechair.web.websocket import CLOSE_GOING_AWAY, WebSocket
 
 MAX_MESSAGE = 256
 MESSAGES_PER_S = 100
@@ -24,11 +25,6 @@ _FAREWELL_S = 1.0
 _SILENT_S = 10.0  # a page sends a heartbeat every 100 ms; hidden ones once a second
 # Never refused for coming too fast.
 _ALWAYS = ("stop", "emergency", "disarm")
-
-
-def refused(what: str, reason: str, detail: str) -> Message:
-    """The {"k": "refused"} object of the page protocol."""
-    return {"k": "refused", "what": what, "reason": reason, "detail": detail}
 
 
 def decode(raw: object) -> Message | str:
@@ -140,13 +136,13 @@ class PageClient:
         message = decode(raw)
         allowed = self._rate.allow(now_s)
         if isinstance(message, str):
-            self._refuse(refused("message", "bad_message", message))
+            self._refuse(Refusal("message", "bad_message", message).message())
         elif allowed or message["k"] in _ALWAYS:
             for reply in self._port.receive(self.id, message):
                 self._refuse(reply)
         else:
             detail = f"more than {MESSAGES_PER_S} messages a second"
-            self._refuse(refused("message", "too_fast", detail))
+            self._refuse(Refusal("message", "too_fast", detail).message())
 
     def _refuse(self, reply: Message) -> None:
         with self._wake:

@@ -12,7 +12,7 @@ from gazechair.people.pairing import Device, PairingDesk, Rejected, StoreError
 from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.show import qr_rows
 from gazechair.people.pairing.store import ROLES
-from gazechair.web.answers import BadRequest, answer, body, refuse, text_in, unless_caretaker
+from gazechair.web.answers import answer, body, only_caretaker, refuse, text_in
 from gazechair.web.guard import DEVICE, PAGES, token_in
 
 _COOKIE_S = 400 * 86_400  # the longest that browsers keep one
@@ -33,15 +33,10 @@ def add_routes(
 
     @app.post("/pair")
     def pair() -> Response:
-        try:
-            content = body()
-            code = text_in(content, "code", _MOST_CODE)
-            name = text_in(content, "name", _MOST_CODE) if "name" in content else ""
-            paired = desk.pair(code, name, str(request.remote_addr))
-        except BadRequest as error:
-            return error.response()
-        except StoreError as error:
-            return refuse(507, "setting_not_stored", str(error))
+        content = body()
+        code = text_in(content, "code", _MOST_CODE)
+        name = text_in(content, "name", _MOST_CODE) if "name" in content else ""
+        paired = desk.pair(code, name, str(request.remote_addr))
         if isinstance(paired, Rejected):
             if paired.wait_s <= 0:
                 return refuse(403, paired.reason, paired.detail)
@@ -73,32 +68,27 @@ def add_routes(
 
     @app.get("/pairing")
     def devices() -> Response:
-        return unless_caretaker() or _devices(desk)
+        only_caretaker()
+        return _devices(desk)
 
     @app.post("/pairing/code")
     def new_code() -> Response:
-        try:
-            role = text_in(body(), "role", _MOST_CODE)
-        except BadRequest as error:
-            return error.response()
+        role = text_in(body(), "role", _MOST_CODE)
         if role not in ROLES:
             return refuse(400, "bad_message", f'"role" must be one of {", ".join(ROLES)}')
-        return unless_caretaker() or _code(desk, role, url())
+        only_caretaker()
+        return _code(desk, role, url())
 
     @app.post("/pairing/revoke")
     def revoke() -> Response:
-        try:
-            id = text_in(body(), "id", _MOST_CODE)
-        except BadRequest as error:
-            return error.response()
-        refusal = unless_caretaker()
-        if refusal is not None:
-            return refusal
-        try:
-            desk.revoke(id)
-        except StoreError as error:
-            return refuse(507, "setting_not_stored", str(error))
+        id = text_in(body(), "id", _MOST_CODE)
+        only_caretaker()
+        desk.revoke(id)
         return _devices(desk)
+
+    @app.errorhandler(StoreError)
+    def not_stored(error: StoreError) -> Response:
+        return refuse(507, "setting_not_stored", str(error))
 
 
 def _code(desk: PairingDesk, role: str, url: str) -> Response:

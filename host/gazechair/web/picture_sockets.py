@@ -17,7 +17,7 @@ from gazechair.people.pairing import Device
 from gazechair.picture import Pacing, Reducer
 from gazechair.picture.camera import Frame
 from gazechair.web.role_limits import ConnectedPage, Full, makes_way
-from gazechair.web.sockets import CLOSE_POLICY, CLOSE_TRY_LATER, CLOSE_UNSUPPORTED, WebSocket
+from gazechair.web.websocket import CLOSE_POLICY, CLOSE_TRY_LATER, CLOSE_UNSUPPORTED, WebSocket
 
 PICTURES = {"driver": 3, "caretaker": 3, "viewer": 2}
 """Connections at a time, by role."""
@@ -29,11 +29,11 @@ _WAIT_S = 0.2
 throttled = ThrottledLog(logging.getLogger(__name__))
 
 
-class VideoHub:
+class PictureHub:
     """All picture sockets of one server."""
 
-    def __init__(self, video: Latest[Frame] | None) -> None:
-        self._video: Latest[Frame] = Latest() if video is None else video
+    def __init__(self, pictures: Latest[Frame] | None) -> None:
+        self._pictures: Latest[Frame] = Latest() if pictures is None else pictures
         self._reducer = Reducer()
         self._lock = threading.Condition()
         self._clients: set[_Viewer] = set()
@@ -49,7 +49,7 @@ class VideoHub:
 
     def serve(self, ws: WebSocket, peer: str, device: Device) -> None:
         """Serve one page until its socket ends; runs on the request's own thread."""
-        viewer = _Viewer(ws, self._video, self._reducer, device)
+        viewer = _Viewer(ws, self._pictures, self._reducer, device)
         if not self._admit(viewer):
             most = PICTURES[device.role]
             throttled.warn("refused picture for %s: %d are connected already", peer, most)
@@ -85,20 +85,20 @@ class VideoHub:
 
 class _Viewer:
     def __init__(
-        self, ws: WebSocket, video: Latest[Frame], reducer: Reducer, device: Device
+        self, ws: WebSocket, pictures: Latest[Frame], reducer: Reducer, device: Device
     ) -> None:
         self._ws = ws
         self.device = device
         self.since_s = time.monotonic()
         self.gone = False
-        self._video = video
+        self._pictures = pictures
         self._reducer = reducer
         self._pacing = Pacing(reducer.top)
         self._acked = threading.Condition()
         self._in_flight = 0
         self._drawn = 0
         self._ended = False
-        self._sender = threading.Thread(target=self._send_all, name="web-video", daemon=True)
+        self._sender = threading.Thread(target=self._send_all, name="web-picture", daemon=True)
 
     def run(self) -> None:
         """Receive acknowledgements until the socket ends. Raises OSError."""
@@ -131,7 +131,7 @@ class _Viewer:
         version = 0
         try:
             while not self._ended:
-                entry = self._video.wait(_WAIT_S, version)
+                entry = self._pictures.wait(_WAIT_S, version)
                 if entry is None:
                     continue
                 version = entry.version

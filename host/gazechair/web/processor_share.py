@@ -31,16 +31,14 @@ class Shares:
     def __init__(
         self,
         at_once: int = 1,
-        share: float = SHARE,
         burst_s: float = BURST_S,
         clock: Clock = time.monotonic,
         spent: Clock = time.thread_time,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        """`share` of one processor, `burst_s` of it at once; `spent`: the calling thread's time."""
+        """`burst_s` of a processor at once; `spent`: the calling thread's time."""
         self._at_once = at_once
         self._free: dict[str, threading.BoundedSemaphore] = {}
-        self._share = share
         self._burst_s = burst_s
         self._clock = clock
         self._spent = spent
@@ -88,11 +86,11 @@ class Shares:
     def _wait_s(self) -> float:
         with self._lock:
             self._owed_s = self._still_owed()
-            return (self._owed_s - self._burst_s) / self._share
+            return (self._owed_s - self._burst_s) / SHARE
 
     def _still_owed(self) -> float:
         now_s = self._clock()
-        paid_s = max(0.0, now_s - self._last_s) * self._share
+        paid_s = max(0.0, now_s - self._last_s) * SHARE
         self._last_s = now_s
         return max(0.0, self._owed_s - paid_s)
 

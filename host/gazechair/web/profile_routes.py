@@ -6,7 +6,7 @@ from flask import Flask, Response, request
 
 from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import Device
-from gazechair.web.answers import BadRequest, answer, body, refuse
+from gazechair.web.answers import answer, body, refuse
 from gazechair.web.guard import DEVICE
 
 _STATUS = {"not_allowed": 403, "profile_unknown": 404, "profile_not_stored": 507}
@@ -22,10 +22,7 @@ def add_routes(app: Flask, port: DriverPort) -> None:
     @app.post("/profiles")
     def change_profile() -> Response:
         device: Device = request.environ[DEVICE]
-        try:
-            result = port.change_profile(body(), device.role)
-        except BadRequest as error:
-            return error.response()
+        result = port.change_profile(body(), device.role)
         if "reason" not in result:
             return answer(result)
         reason = result["reason"]

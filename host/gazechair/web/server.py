@@ -30,15 +30,15 @@ from gazechair.web import (
     profile_routes,
     settings_routes,
 )
-from gazechair.web.answers import answer, refuse
+from gazechair.web.answers import HttpRefused, answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control_sockets import ControlHub
 from gazechair.web.guard import DEVICE, Guard
 from gazechair.web.handler import SETTLE, Server
 from gazechair.web.names import certificate_names, network_addresses, own_names, shown_host
-from gazechair.web.picture_sockets import VideoHub
+from gazechair.web.picture_sockets import PictureHub
 from gazechair.web.processor_share import Shares
-from gazechair.web.sockets import LIBRARY_OPTIONS, WebSocket
+from gazechair.web.websocket import LIBRARY_OPTIONS, WebSocket
 
 _CONTROL = "/ws/control"
 _PICTURE = "/ws/video"
@@ -58,7 +58,7 @@ class WebServer:
         self,
         config: Config,
         port: DriverPort,
-        video: Latest[Frame] | None,
+        pictures: Latest[Frame] | None,
         desk: PairingDesk,
         folder: Path,
         settings: CaretakerSettings,
@@ -66,7 +66,7 @@ class WebServer:
         steps: first_drive_routes.Steps,
         maps: map_routes.Maps,
     ) -> None:
-        """`video`: the slot with the newest picture, None without a camera; `folder`: for state."""
+        """`pictures`: the slot of the newest, None without a camera; `folder`: for state."""
         self._settings = settings
         self._alerts = alerts
         self._steps = steps
@@ -78,7 +78,7 @@ class WebServer:
         self._tls = uses_tls(config.web)
         insecure = not self._tls and not is_loopback(config.web.host)
         self._control = ControlHub(port, desk.knows, insecure)
-        self._video = VideoHub(video)
+        self._pictures = PictureHub(pictures)
         self._server: Server | None = None
         self._thread: threading.Thread | None = None
         desk.on_revoke(self._revoked)
@@ -139,7 +139,7 @@ class WebServer:
         self._thread.join(5.0)
         self._server.server_close()
         self._control.stop()
-        self._video.stop()
+        self._pictures.stop()
         self._server = None
 
     def _revoked(self, device_id: str) -> None:
@@ -178,6 +178,10 @@ class WebServer:
             text = self._certificate.authority.read_bytes()
             return Response(text, mimetype="application/x-x509-ca-cert")
 
+        @app.errorhandler(HttpRefused)
+        def refused(error: HttpRefused) -> Response:
+            return error.response()
+
         @app.errorhandler(HTTPException)
         def failed(error: HTTPException) -> Response:
             return refuse(error.code or 500, "bad_message", f"{error.code} {error.name}")
@@ -196,7 +200,7 @@ class WebServer:
         def picture_socket(library: Any) -> None:
             device = _settle("picture")
             if self._desk.knows(device.id):
-                self._video.serve(WebSocket(library), _peer(), device)
+                self._pictures.serve(WebSocket(library), _peer(), device)
 
         return app
 

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 from flask import Flask, Response
 
 from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
-from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caretaker
+from gazechair.web.answers import answer, body, only_caretaker, refuse
 from gazechair.web.first_drive_routes import Steps
 
 _STATUS = {
@@ -26,26 +23,19 @@ def add_routes(app: Flask, settings: CaretakerSettings, steps: Steps) -> None:
 
     @app.get("/settings")
     def read() -> Response:
-        return unless_caretaker() or _answer(settings.read)
+        only_caretaker()
+        return answer({"settings": settings.read()})
 
     @app.post("/settings")
     def change() -> Response:
-        refusal = unless_caretaker()
-        if refusal is not None:
-            return refusal
-        try:
-            values = body().get("set")
-        except BadRequest as error:
-            return error.response()
+        only_caretaker()
+        values = body().get("set")
         if not isinstance(values, dict):
             return refuse(400, "bad_message", '"set" must be an object of names and values')
         if steps.holds_settings:
             return refuse(409, "first_busy", "a step of the first drive uses the settings")
-        return _answer(lambda: settings.change(values))
+        return answer({"settings": settings.change(values)})
 
-
-def _answer(act: Callable[[], dict[str, Any]]) -> Response:
-    try:
-        return answer({"settings": act()})
-    except SettingsRefused as refusal:
-        return refuse(_STATUS.get(refusal.reason, 502), refusal.reason, str(refusal))
+    @app.errorhandler(SettingsRefused)
+    def refused(error: SettingsRefused) -> Response:
+        return refuse(_STATUS.get(error.reason, 502), error.reason, str(error))

@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from controlrig import FakeLink
+from fulldisk import full
 from gazechair.alerts import child
 from gazechair.alerts.book import (
     ANSWER_S,
@@ -187,9 +188,6 @@ def test_a_disk_that_is_full_while_an_alert_is_written_delays_nothing_but_the_di
 ) -> None:
     house = House(tmp_path)
 
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
     with monkeypatch.context() as patch:
         patch.setattr("gazechair.base.state_folder.os.fsync", full)
         house.help()
@@ -354,7 +352,7 @@ def test_a_broker_that_accepts_and_never_answers_holds_up_nobody() -> None:
 
 def test_an_alert_with_an_endless_detail_is_sent() -> None:
     from gazechair.alerts.book import Alert
-    from gazechair.alerts.words import words
+    from gazechair.alerts.message import message_of
 
-    said = words(Alert(1, "alert_part", 0.0, detail="x" * 200_000), "Kees", "nl")
+    said = message_of(Alert(1, "alert_part", 0.0, detail="x" * 200_000), "Kees", "nl")
     assert len(json.dumps(said.body)) < 2000

@@ -19,9 +19,9 @@ import pytest
 from gazechair.alerts import apprise_route
 from gazechair.alerts.book import Alert
 from gazechair.alerts.child import LIMIT_S, MOST_AT_ONCE, Attempts
+from gazechair.alerts.message import Message, message_of
 from gazechair.alerts.reasons import REASONS
 from gazechair.alerts.sender import Sender
-from gazechair.alerts.words import Words, words
 from gazechair.base.health import OK, Health
 from gazechair.base.languages import languages
 from patience import PATIENCE_S, wait_until
@@ -151,8 +151,8 @@ def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) ->
     sender.start()
     try:
         wait_until(lambda: health.state == OK)
-        assert sender.send(1, "zus", target.url(), Words("a", "b")) == ""
-        assert sender.send(2, "sms", "nonsense://x", Words("a", "b")) == ""
+        assert sender.send(1, "zus", target.url(), Message("a", "b")) == ""
+        assert sender.send(2, "sms", "nonsense://x", Message("a", "b")) == ""
         wait_until(lambda: len(results) == 2)
         assert (1, "zus", "") in results
         pid = sender.pid
@@ -161,7 +161,7 @@ def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) ->
         os.kill(pid, signal.SIGKILL)
         # Messages in progress at its end are reported as not delivered; the book repeats them.
         for number in itertools.count(3):
-            problem = sender.send(number, "zus", target.url(), Words("c", "d"))
+            problem = sender.send(number, "zus", target.url(), Message("c", "d"))
             wait_until(lambda n=number, p=problem: p or any(one[0] == n for one in results))
             if (number, "zus", "") in results:
                 break
@@ -174,7 +174,7 @@ def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) ->
 @pytest.mark.parametrize("language", languages())
 @pytest.mark.parametrize("key", sorted(REASONS))
 def test_every_alert_has_words(language: str, key: str) -> None:
-    said = words(Alert(1, key, 0.0, "Ik zit vast in het park", "lidar"), "Kees", language)
+    said = message_of(Alert(1, key, 0.0, "Ik zit vast in het park", "lidar"), "Kees", language)
     assert said.title.startswith("gazechair: ")
     assert said.body.startswith("Kees: Ik zit vast in het park\nlidar\n")
     assert words(Alert(1, key, 0.0), "Kees", language).body.splitlines()[-1].startswith("Kees, ")

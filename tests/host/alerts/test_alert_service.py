@@ -14,10 +14,10 @@ from gazechair import cli
 from gazechair.alerts import apprise_route
 from gazechair.alerts.book import RETRIES_S
 from gazechair.alerts.diary import Diary
+from gazechair.alerts.message import Message
 from gazechair.alerts.reasons import HELP_WANTED
 from gazechair.alerts.service import LOOK_S, Alerts
 from gazechair.alerts.watch import Situation
-from gazechair.alerts.words import Words
 from gazechair.base.health import LOST, OK, STARTING, HealthRegistry
 from gazechair.config.rules import Secret
 from gazechair.config.settings import AlertsConfig, Config, RouteConfig
@@ -61,8 +61,8 @@ class Rig:
         self.problem = ""
         self.page = self.control.connect("driver")
 
-    def _send(self, number: int, route: str, url: str, words: Words) -> str:
-        self.sent.append((round(self.now_s - 10.0, 1), route, words.body.splitlines()[0]))
+    def _send(self, number: int, route: str, url: str, message: Message) -> str:
+        self.sent.append((round(self.now_s - 10.0, 1), route, message.body.splitlines()[0]))
         assert url == next(str(one.url) for one in ROUTES if one.name == route)
         self.alerts.result(number, route, self.problem)
         return ""

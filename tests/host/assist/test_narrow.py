@@ -12,13 +12,13 @@ from gazechair.base.footprint import Footprint, Margins
 FRONT_M, NEEDS_M = 0.7, (0.385, 0.385)
 
 
-def door(width_m, ahead_m=0.5, aside_m=0.0, turned_deg=0.0, noise_m=0.002):
+def door(width_m, ahead_m=0.5, aside_m=0.0, turned_deg=0.0):
     """Points of a door's frame as the chair sees it, turned about the axle."""
     chance = np.random.default_rng(3)
     deep = np.linspace(0.0, 0.15, 40) + FRONT_M + ahead_m
     left = np.stack((deep, np.full(40, aside_m + width_m / 2)), axis=1)
     right = np.stack((deep, np.full(40, aside_m - width_m / 2)), axis=1)
-    points = np.concatenate((left, right)) + chance.normal(0.0, noise_m, (80, 2))
+    points = np.concatenate((left, right)) + chance.normal(0.0, 0.002, (80, 2))
     c, s = math.cos(math.radians(turned_deg)), math.sin(math.radians(turned_deg))
     return points @ np.array(((c, s), (-s, c)))
 

@@ -12,14 +12,14 @@ from gazechair.assist.ways import Ways
 from gazechair.base.footprint import Footprint, Margins
 
 
-def corrected(deg, after_s=1.0, rate_deg_s=20.0):
+def corrected(deg, after_s=1.0):
     """Assist steered, then the driver held a turn of so many degrees: (own, its end)."""
     own = OwnSteering()
     own.steered(10.0)
     now_s, turned = 10.0 + after_s, 0.0
     own.turns(turned, now_s)
     while turned < deg:
-        turned, now_s = min(deg, turned + 0.05 * rate_deg_s), now_s + 0.05
+        turned, now_s = min(deg, turned + 1.0), now_s + 0.05
         own.turns(-turned, now_s)
     return own, now_s
 

@@ -18,10 +18,10 @@ def held(edge=7, verb=codes.FORWARD, mode=codes.CONTINUOUS, owner=codes.DRIVER, 
     return Command(verb, mode, edge, owner, till_s, cap_permille=640)
 
 
-def working(press=7, linear=400, turn=200, born_s=NOW_S):
+def working(press=7, born_s=NOW_S):
     steering = Steering()
     steering.knows_s = NOW_S
-    steering.advised = Advised(press, linear, turn, True, born_s)
+    steering.advised = Advised(press, 400, 200, True, born_s)
     return steering
 
 

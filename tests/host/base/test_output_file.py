@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from fulldisk import full
 from gazechair.base.output_file import write_output
 from gazechair.base.told import ToldError
 
@@ -50,9 +51,6 @@ def test_on_a_full_disk_the_old_one_stays_and_no_half_one(
 ) -> None:
     path = tmp_path / "plan.svg"
     path.write_bytes(b"old")
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
     with pytest.raises(ToldError, match=r"plan\.svg can't be written: No space left on device"):

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from fulldisk import full
 from gazechair.base.state_folder import replace_file, set_aside
 
 
@@ -65,9 +66,6 @@ def test_on_a_full_disk_half_a_file_does_not_stay(
 ) -> None:
     path = tmp_path / "file.map"
     path.write_bytes(b"old")
-
-    def full(_: int) -> None:
-        raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OSError, match="No space"):

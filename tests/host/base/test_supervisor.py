@@ -18,15 +18,8 @@ from hypothesis import strategies as st
 
 from gazechair.base import supervisor
 from gazechair.base.child_process import end, would_run
-from gazechair.base.supervisor import (
-    DATA,
-    MAX_RECORD,
-    STATUS,
-    RecordReader,
-    RecordWriter,
-    Status,
-    Supervisor,
-)
+from gazechair.base.child_records import DATA, MAX_RECORD, STATUS, RecordReader, RecordWriter
+from gazechair.base.supervisor import Status, Supervisor
 
 LONG_S = 60.0
 
@@ -65,7 +58,7 @@ def test_a_status_is_a_record_of_its_own() -> None:
 
 CHILD = """
 import sys, time
-from gazechair.base.supervisor import enter_child
+from gazechair.base.child_main import enter_child
 out = enter_child()
 print("a library that prints")
 {body}

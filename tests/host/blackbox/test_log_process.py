@@ -16,13 +16,14 @@ from pathlib import Path
 import pytest
 
 from gazechair.base.child_process import END
+from gazechair.base.child_records import RecordWriter
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Latest
-from gazechair.base.supervisor import RecordWriter, Status
-from gazechair.blackbox import child, recorder
+from gazechair.base.supervisor import Status
+from gazechair.blackbox import child, service
 from gazechair.blackbox.reader import LogFile
-from gazechair.blackbox.recorder import BlackBox
 from gazechair.blackbox.ring import Ring
+from gazechair.blackbox.service import BlackBox
 from gazechair.blackbox.writer import files
 from gazechair.config.settings import LogConfig
 from gazechair.picture.camera import Frame
@@ -113,7 +114,7 @@ def test_a_process_that_hangs_is_told(box: BlackBox, tmp_path: Path, parts: Heal
     try:
         for _ in range(30_000):
             box.note("up", time.monotonic(), bytes(FRAME))
-        wait_until(lambda: parts.part("log").reason == recorder.DROPPING)
+        wait_until(lambda: parts.part("log").reason == service.DROPPING)
         assert "were dropped" in parts.part("log").detail
     finally:
         os.kill(pid, signal.SIGCONT)
@@ -140,7 +141,7 @@ def test_dropped_records_hide_no_other_reason_and_end_in_what_the_process_told(
     for _ in range(6000):  # more than are kept
         box._ring.put("up", 0.0, b"")
     box._look()
-    assert health.reason == (recorder.DROPPING if told.state == "ok" else told.reason)
+    assert health.reason == (service.DROPPING if told.state == "ok" else told.reason)
     box._look()
     assert (health.state, health.reason, health.now().detail) == tuple(vars(told).values())[:3]
 
@@ -170,7 +171,7 @@ def test_the_last_moments_of_a_killed_daemon_are_kept(tmp_path: Path) -> None:
 import time
 from pathlib import Path
 from gazechair.base.health import HealthRegistry
-from gazechair.blackbox.recorder import BlackBox
+from gazechair.blackbox.service import BlackBox
 from gazechair.blackbox.ring import Ring
 from gazechair.config.settings import LogConfig
 parts = HealthRegistry()
@@ -228,7 +229,7 @@ def test_what_waits_is_written_though_nobody_hears_the_process_any_more(
 def test_without_the_extra_health_says_what_to_install(
     tmp_path: Path, parts: HealthRegistry, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(recorder, "find_spec", lambda _: None)
+    monkeypatch.setattr(service, "find_spec", lambda _: None)
     box = BlackBox(LogConfig(), tmp_path, parts)
     box.start()
     box.note("up", 0.0, bytes(FRAME))

@@ -76,7 +76,7 @@ def test_the_caretaker_takes_over_and_the_driver_stops(armed: Any) -> None:
 
 def test_an_owner_who_leaves_stops_and_disarms(armed: Any) -> None:
     armed.drive(1)
-    armed.arbiter.disconnect(armed.page, armed.now_s)
+    armed.arbiter.disconnect(armed.page)
     assert armed.verb == codes.STOP
     assert armed.arbiter.take_orders() == [(codes.DISARM, codes.DRIVER)]
     assert armed.arbiter.owner is None
@@ -85,8 +85,8 @@ def test_an_owner_who_leaves_stops_and_disarms(armed: Any) -> None:
 def test_another_page_that_leaves_changes_nothing(armed: Any) -> None:
     other = armed.arbiter.connect("driver", armed.now_s)
     armed.drive(1)
-    armed.arbiter.disconnect(other, armed.now_s)
-    armed.arbiter.disconnect(999, armed.now_s)
+    armed.arbiter.disconnect(other)
+    armed.arbiter.disconnect(999)
     assert armed.moving
     assert armed.arbiter.take_orders() == []
 
@@ -141,7 +141,7 @@ def test_a_reset_sent_before_an_emergency_stop_does_not_clear_it(scene: Any) -> 
 
 
 def test_a_page_that_is_gone_commands_nothing(armed: Any) -> None:
-    armed.arbiter.disconnect(armed.page, armed.now_s)
+    armed.arbiter.disconnect(armed.page)
     armed.arbiter.take_orders()
     for message in (STOP, EMERGENCY, DISARM, Arm(armed.token())):
         assert armed.say(message) is not None

@@ -133,7 +133,7 @@ class AnyOrder(RuleBasedStateMachine):
     def leaves(self, who: int) -> None:
         page = self.pages[who]
         owned = self.scene.arbiter.owner == page
-        self.scene.arbiter.disconnect(page, self.scene.now_s)
+        self.scene.arbiter.disconnect(page)
         self.gone.add(page)
         if owned:
             assert self.scene.verb == codes.STOP

@@ -39,13 +39,11 @@ class Auto(Scene):
         mode, number = self.arbiter.mode_press
         self.arbiter.mode_says(mode, number, output, self.now_s + life_s, self.now_s, True)
 
-    def go_on(self, seconds: float, watch: int | None = None) -> None:
-        """Time passes while the planner plans, and `watch` looks at their page."""
+    def go_on(self, seconds: float) -> None:
+        """Time passes while the planner plans."""
         for _ in range(round(seconds * 50)):
             self.wait(0.02)
             self.plan()
-            if watch is not None:
-                self.say(Watch(self.token()), watch)
 
     @property
     def drives(self) -> bool:
@@ -143,7 +141,7 @@ def test_a_held_switch_supervises(auto: Auto) -> None:
     assert auto.arbiter.command.watched_s == pytest.approx(auto.now_s, abs=0.002)
     auto.say(LET_GO, switch)
     assert auto.drives  # until its supervision is over: the board counts
-    auto.arbiter.disconnect(switch, auto.now_s)
+    auto.arbiter.disconnect(switch)
     assert not auto.drives
 
 

@@ -121,7 +121,7 @@ def test_a_press_made_before_somebodys_stop_never_drives(armed: Any, last: str) 
     armed.say(STOP, care)
     armed.now_s += 0.02
     if last == "gone":
-        armed.arbiter.disconnect(care, armed.now_s)
+        armed.arbiter.disconnect(care)
     armed.say(STOP, care if last == "same" else armed.page)
     assert armed.drive(2, age_ms=120) == "needs_new_command"
     assert not armed.moving

@@ -129,7 +129,7 @@ def test_a_caretaker_who_vanishes_leaves_nobody_driving(armed: Any, caretaker: i
     armed.take(caretaker)
     pull(armed, caretaker, 1, 300)
     armed.arbiter.take_orders()
-    armed.arbiter.disconnect(caretaker, armed.now_s)
+    armed.arbiter.disconnect(caretaker)
     assert armed.verb == codes.STOP
     assert armed.arbiter.take_orders() == [(codes.DISARM, codes.CARETAKER)]
 
@@ -178,7 +178,7 @@ def test_the_cap_holds_for_everybody_until_it_is_changed(armed: Any, caretaker: 
     assert armed.arbiter.command.cap_permille == 400
     armed.drive(1)
     assert armed.arbiter.command.cap_permille == 400
-    armed.arbiter.disconnect(caretaker, armed.now_s)
+    armed.arbiter.disconnect(caretaker)
     assert armed.arbiter.command.cap_permille == 400
     armed.take(other := armed.arbiter.connect("caretaker", armed.now_s))
     pull(armed, other, 1, 1000)
@@ -226,7 +226,7 @@ def test_a_bypass_ends_with_its_caretaker_only(armed: Any, caretaker: int) -> No
     held(armed, caretaker, 1)
     armed.say(END_BYPASS, other)
     assert armed.arbiter.bypass is not None
-    armed.arbiter.disconnect(caretaker, armed.now_s)
+    armed.arbiter.disconnect(caretaker)
     assert armed.arbiter.bypass is None
 
 

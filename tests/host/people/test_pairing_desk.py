@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from fulldisk import full
 from gazechair.people.pairing import Paired, Rejected, StoreError
 from gazechair.people.pairing.lockout import WAIT_S
 from gazechair.people.pairing.one_time import ALPHABET, LENGTH, MOST_OPEN, VALID_S
@@ -215,9 +216,6 @@ def test_a_code_outlives_a_full_list(desk: Any) -> None:
 
 
 def test_a_code_outlives_a_full_disk(desk: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> int:
-        raise OSError(28, "No space left on device")
-
     code = desk.new_code("driver").text
     with monkeypatch.context() as disk:
         disk.setattr("os.open", full)
@@ -256,9 +254,6 @@ def test_a_disk_that_takes_nothing_pairs_nobody_and_keeps_nobody_out(
     desk: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     old = desk.join()
-
-    def full(*_: object) -> int:
-        raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.open", full)
     with pytest.raises(StoreError, match="No space left on device; is the disk full"):

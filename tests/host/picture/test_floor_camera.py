@@ -25,9 +25,9 @@ MARKS = [(1.2, 0.0), (1.4, 0.4), (1.4, -0.4), (2.0, 0.0), (2.0, 0.6), (2.0, -0.6
 MOUNTED = FloorCamera(640, 480, 417.0, 1.1, 0.35, 0.0, 0.0, 0.22, -0.14)
 
 
-def _taps(camera: FloorCamera, seed: int = 1, noise_px: float = 2.0) -> list[fc.Tap]:
+def _taps(camera: FloorCamera, seed: int = 1) -> list[fc.Tap]:
     random = np.random.default_rng(seed)
-    pixels = camera.pixels(np.array(MARKS)) + random.normal(0.0, noise_px, (len(MARKS), 2))
+    pixels = camera.pixels(np.array(MARKS)) + random.normal(0.0, 2.0, (len(MARKS), 2))
     return [fc.Tap((float(u), float(v)), m) for (u, v), m in zip(pixels, MARKS, strict=True)]
 
 

@@ -16,8 +16,8 @@ import pytest
 
 from controlrig import Rig
 from gazechair.base.child_process import END
+from gazechair.base.child_records import DATA, RecordReader
 from gazechair.base.health import HealthRegistry
-from gazechair.base.supervisor import DATA, RecordReader
 from gazechair.config import configuration
 from gazechair.plugins import describe, found, service
 from gazechair.plugins.found import Found

@@ -6,10 +6,10 @@ import pytest
 
 from gazechair.config import configuration
 from gazechair.config.configuration import ConfigError
-from gazechair.producers import places, spots
-from gazechair.producers.people import people
+from gazechair.producers import places, tiles
+from gazechair.producers.tiles import people
 
-_TILES = [tile for tile, *_ in spots.TILES.values()]
+_TILES = [tile for tile, *_ in tiles.TILES.values()]
 OURS = [
     "places",
     *people(True),

@@ -14,8 +14,8 @@ from gazechair.base.footprint import Footprint
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
-from gazechair.producers.contract import Ask, Press, Said, Sensed, Setup
-from gazechair.producers.line import UNCALIBRATED, LineProducer
+from gazechair.producers.contract import UNCALIBRATED, Ask, Press, Said, Sensed, Setup
+from gazechair.producers.line import LineProducer
 from gazechair.sensing.odometry.estimate import Estimate
 from gazelink.settings_table import TABLE
 from gazesim.floor_view import Floor, FloorView

@@ -21,7 +21,7 @@ from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import PictureSlot
 from gazechair.producers.service import child_setup
 from gazechair.producers.spot_service import SpotService
-from gazechair.producers.spots import spots
+from gazechair.producers.tiles import spots
 from gazechair.sensing.odometry.estimate import Estimate
 from gazelink.settings_table import TABLE
 from gazesim.floor_view import Floor, FloorView

@@ -12,9 +12,9 @@ from gazechair.base.health import Health
 from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext, ModeOutput
 from gazechair.producers import exchange
-from gazechair.producers.contract import Said
+from gazechair.producers.contract import CHANGED, Said
 from gazechair.producers.places import Target
-from gazechair.producers.service import CHANGED, STOPPED, child_setup
+from gazechair.producers.service import STOPPED, child_setup
 from gazechair.producers.spot_service import SpotService
 from gazelink.settings_table import TABLE
 

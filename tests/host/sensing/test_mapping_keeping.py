@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fulldisk import full
 from gazechair.sensing.mapping import keeping
 from gazechair.sensing.mapping.keeping import APART_S
 from gazechair.sensing.mapping.locating.looks import Seen
@@ -62,9 +63,6 @@ def test_a_chair_that_only_stands_has_seen_one_thing_once(drives: Drives) -> Non
 def test_a_disk_that_is_full_is_no_reason_to_stop(
     drives: Drives, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
     monkeypatch.setattr("gazechair.sensing.mapping.upkeep.replace_file", full)
     drives.go(70)
     assert drives.counted() == 0

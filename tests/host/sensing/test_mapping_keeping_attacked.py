@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fulldisk import full
 from gazechair.sensing.mapping import keeping
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.keeping import APART_S
@@ -116,9 +117,6 @@ def test_a_disk_that_is_full_for_an_hour_costs_no_version(
     drives.first = grids[-1]
     day(drives)
     day(drives)
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(home_map, "replace_file", full)
     monkeypatch.setattr(keeping, "DRIVE_S", 3600.0)

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from fulldisk import full
 from gazechair.cli import main
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.stored import home_map
@@ -222,9 +223,6 @@ def test_at_most_20_maps(store: MapStore, tmp_path: Path) -> None:
 
 
 def test_a_full_disk_is_told(store: MapStore, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
     monkeypatch.setattr(home_map, "replace_file", full)
     assert refused(store.draw, "a", "place", BED) == "map_not_stored"
     assert store.get("a").map.drawn.places == ()  # type: ignore[union-attr]

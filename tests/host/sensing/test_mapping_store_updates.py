@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from fulldisk import full
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.stored import home_map
 from gazechair.sensing.mapping.stored.store import MapStore
@@ -84,9 +85,6 @@ def test_a_disk_that_is_full_leaves_the_map_as_it_was(
     store: MapStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first, second = grid_of(store), moved(store)
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(home_map, "replace_file", full)
     assert refused(store.update, "a", first, second, WHEN) == "map_not_stored"

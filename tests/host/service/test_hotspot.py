@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from fulldisk import full
 from gazechair.service import hotspot
 from gazechair.service.hotspot import HotspotError
 
@@ -142,9 +143,6 @@ def test_on_a_full_disk_the_one_before_keeps_its_password(
     connections: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = hotspot.on(folder=connections)
-
-    def full(_: int) -> None:
-        raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(HotspotError, match="No space left"):

@@ -22,6 +22,8 @@ _STARVED_S = 3.0
 _SLICE_S = 0.1
 _SHARE = 0.1  # share of the processor that a starved process gets
 _GONE_S = 1.0  # how long a plug is out, or a device refuses
+BACK_S = 5.0
+"""A part that was lost is well again within this, at most."""
 _STILL_S = 5.0  # how long a camera stands still: its health looks after 2 to 3 s
 
 DAEMON = "daemon"

@@ -16,14 +16,13 @@ from gazedemo.browser import Driver, open_page
 from gazedemo.check import NEUTRAL
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
-from gazemeasure.allday.faults import Well, daemon_waited_s
+from gazemeasure.allday.faults import BACK_S, Well, daemon_waited_s
 from gazemeasure.allday.service import Service, setting_s
 from gazemeasure.report import Report
 from gazemeasure.stalls import StallProbe
 
 _NEUTRAL_MS = 105.0  # P2's 100, plus the simulator's sampling and the line's last bytes
 _SAID_S = 1.0
-_BACK_S = 5.0
 _LIMIT_S = 60.0
 _AGAIN_S = 0.5
 
@@ -122,5 +121,5 @@ def add_rows(
     report.add("    measured without a stall", 100.0 * len(neutral_ms) / len(said_s), "%")
     report.add("  the page says so, worst", max(said_s), "s", _SAID_S)
     own_s, took_s = (max(getattr(one, of) for one in back_s) for of in ("own_s", "took_s"))
-    report.add("  driving again by arm and press, worst", own_s, "s", _BACK_S)
+    report.add("  driving again by arm and press, worst", own_s, "s", BACK_S)
     report.add("    and with waiting for a processor", took_s, "s")

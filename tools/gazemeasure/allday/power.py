@@ -272,7 +272,7 @@ def unsynced(store: Store) -> int:
         return missed + (not any(act.startswith("replace ") for act in order))
 
 
-def cut_log(cuts: int, dice: random.Random) -> tuple[int, float]:
+def _cut_log(cuts: int, dice: random.Random) -> tuple[int, float]:
     """Truncate a drive's log at random bytes: number unreadable, and the most ms lost."""
     with _folder() as name:
         chair = DayChair(Path(name), record=True)
@@ -309,7 +309,7 @@ def _times_ms(path: Path) -> list[int]:
 def add(report: Report, cuts: int) -> None:
     """Measure `cuts` cuts of each file."""
     dice = random.Random(14)
-    unreadable, lost_ms = cut_log(cuts, dice)
+    unreadable, lost_ms = _cut_log(cuts, dice)
     report.add(f"power cut at {cuts} bytes of the log: unreadable", unreadable, "", 0)
     report.add("  lost at most", lost_ms, "ms", _SYNC_MS)
     for store in STORES:

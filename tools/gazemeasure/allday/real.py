@@ -10,6 +10,7 @@ from pathlib import Path
 from gazedemo.packages import package
 from gazedemo.stack import Stack
 from gazemeasure.allday.faults import (
+    BACK_S,
     DAEMON,
     Background,
     Fault,
@@ -28,7 +29,6 @@ from gazereplay.result import NoTrace
 
 _PERIOD_S = 20.0
 _LOOK_S = 2.0
-_BACK_S = 5.0
 _DRIVES_S = 30.0
 _WARM_S = 120.0  # after the daemon's start: then its caches are full
 _LIFE_S = _WARM_S + 600.0  # of the last daemon: then slopes say something
@@ -150,11 +150,11 @@ def _add_recovery(report: Report, times: dict[Fault, list[Well]], stuck: list[st
     report.add("processes: faults", sum(map(len, times.values())), "")
     for part, values in sorted(by_part(times).items()):
         own, took = [one.own_s for one in values], [one.took_s for one in values]
-        report.add(f"  {part}: well again, p95", percentile(own, 0.95), "s", _BACK_S)
+        report.add(f"  {part}: well again, p95", percentile(own, 0.95), "s", BACK_S)
         report.add("    and with waiting for a processor", percentile(took, 0.95), "s")
     report.add("  not driving again by arm and press", len(stuck), "", 0)
     for fault, values in times.items():
-        if max(one.own_s for one in values) > _BACK_S:
+        if max(one.own_s for one in values) > BACK_S:
             seconds = ", ".join(f"{one.own_s:.1f} ({one.took_s:.1f})" for one in values)
             report.note(f"{fault.part} {fault.how}: {seconds} s")
             for one in values:

@@ -18,6 +18,7 @@ from gazechair.alerts.book import AGAIN_S, MOST_ALERTS, Book
 from gazechair.alerts.diary import Diary
 from gazechair.alerts.reasons import HELP_WANTED
 from gazemeasure.allday.chair import DayChair
+from gazemeasure.allday.faults import BACK_S
 from gazemeasure.growth import Holding, slope_per_hour
 from gazemeasure.report import Report, percentile
 
@@ -25,7 +26,6 @@ DAY_S = 86400.0
 _LOOK_S = 60.0
 _HELD_S = (0.3, 3.0)
 _RESTS_S = (0.2, 2.0)
-_BACK_S = 5.0
 _PAST_START = 0.2  # share of the time: then caches are full
 _WAYS = ("forward", "left", "right")
 _FAULT_EACH = 12  # presses
@@ -137,7 +137,7 @@ class _Living:
             while chair.moves_after(k="cmd", verb="left", mode="continuous") is None:
                 chair.driver.release()
                 chair.run(100)
-                if chair.now_ms - begun_ms > 1000 * _BACK_S:
+                if chair.now_ms - begun_ms > 1000 * BACK_S:
                     raise AssertionError(chair.why())
             day.back_s.append((chair.now_ms - begun_ms) / 1000)
         except AssertionError as error:
@@ -280,7 +280,7 @@ def add_rows(report: Report, days: list[Day], wanted_s: float) -> None:
     report.add("  faults while driving", sum(sum(day.faults.values()) for day in days), "")
     stuck = all_of("stuck")
     report.add("  not driving again by arm and press", len(stuck), "", 0)
-    report.add("  driving again, p95", percentile(all_of("back_s"), 0.95), "s", _BACK_S)
+    report.add("  driving again, p95", percentile(all_of("back_s"), 0.95), "s", BACK_S)
     times = [ms for _, ms in all_of("to_wipers_ms")]
     report.add("  press -> wipers, p99", percentile(times, 0.99), "ms", 60.0)
     for name, points, unit, limit in (

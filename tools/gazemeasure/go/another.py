@@ -18,7 +18,6 @@ import math
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -27,10 +26,10 @@ from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.follow import ACCELERATE_M_S2, JERK_M_S3
 from gazechair.going.plan import Pose, Way
 from gazelink.settings_table import PROFILES, TABLE
-from gazemeasure.go import missions, scenes
+from gazemeasure.go import missions, rows, scenes
 from gazemeasure.go import record as go_record
 from gazemeasure.go.missions import Job
-from gazemeasure.go.whole import Driven, Judge, Scene
+from gazemeasure.go.whole import MOVES_DEG_S, MOVES_M_S, Judge, Scene
 from gazemeasure.report import Report, percentile
 from gazemeasure.turn.board import settings_with
 from gazesim.chair import Chair
@@ -45,32 +44,19 @@ _QUICK = 3
 _BEFORE = "Eerst"
 _DRIVES_MS = 8000
 _LATEST_S = 10.0
-MOVES_M_S, MOVES_DEG_S = 0.05, 2.0
 _ROLLS_M_S, _AHEAD_RAD = 0.12, math.radians(30.0)
 _STRAIGHT_RAD = math.radians(5.0)  # a smaller turn is steered while driving
 _TICK_S, _SETTLES_S = 0.01, 3.0
 
 
 @dataclass(frozen=True)
-class Done:
-    """A mission and its result."""
+class Redirected(scenes.Done):
+    """A mission whose goal was changed. `arrived`: at the second goal."""
 
-    job: Job
     profile: str
-    driven: Driven
     how: str
     """What the new path asked of the chair: one of the classes above; "": it was never known."""
     moves_after_s: float
-
-    @property
-    def arrived(self) -> bool:
-        """True if the chair arrived at the second goal, by the truth."""
-        return self.driven.arrived
-
-    @property
-    def collisions(self) -> int:
-        """Number of collisions, by the truth."""
-        return self.driven.collisions
 
     @property
     def ratio(self) -> float:
@@ -81,15 +67,15 @@ class Done:
 def measure(report: Report, quick: bool, processes: int) -> None:
     """Add the rows."""
     jobs = [Job(KIND, seed) for seed in range(_QUICK if quick else COUNT)]
-    done = go_record.gather(jobs, mission, _kept, processes, None if quick else go_record.FILE)
+    done = go_record.gather(
+        jobs, mission, Redirected.kept, processes, None if quick else go_record.FILE
+    )
     add(report, done)
 
 
-def add(report: Report, done: list[Done]) -> None:
+def add(report: Report, done: list[Redirected]) -> None:
     """Add the rows of these missions."""
-    arrived = 100.0 * float(np.mean([one.arrived for one in done]))
-    report.add(f"{KIND}: arrived", arrived, f"% of {len(done)}", _LEAST_ARRIVED, at_least=True)
-    report.add("  collisions", sum(one.collisions for one in done), "", 0.0)
+    rows.add_arrived(report, KIND, [one.driven for one in done], _LEAST_ARRIVED)
     for how in (GOES_ON, CURVES, TURNS, STARTS, STOPS, BACKS, ""):
         of = [one for one in done if one.how == how]
         if of:
@@ -100,12 +86,10 @@ def add(report: Report, done: list[Done]) -> None:
             report.add(f"  new motion, 95 %: {how or 'none'}", after_s, unit, limit_s)
     after_s = percentile([one.moves_after_s for one in done], 0.95)
     report.add("  new motion, 95 %: all", after_s, "s")
-    for one in done:
-        if not one.arrived:
-            report.note(f"{KIND} {one.job.seed}: {one.driven.why}")
+    rows.note_failures(report, done)
 
 
-def mission(job: Job) -> Done:
+def mission(job: Job) -> Redirected:
     """Drive towards one place, choose another on the way, and drive there."""
     number = job.seed // missions.MISSIONS_IN_A_HOME
     home, grid = missions.fenced(number), scenes.mapped_inside(number)
@@ -118,11 +102,7 @@ def mission(job: Job) -> Done:
             driven = judge.drive()
         finally:
             judge.chair.close()
-    return Done(job, profile, driven, judge.how, judge.moves_after_s)
-
-
-def _kept(row: dict[str, Any]) -> Done:
-    return Done(**{**row, "job": Job(**row["job"]), "driven": Driven(**row["driven"])})
+    return Redirected(job, driven, profile, judge.how, judge.moves_after_s)
 
 
 class Another(Judge):

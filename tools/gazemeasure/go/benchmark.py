@@ -12,7 +12,7 @@ from collections import Counter
 
 import numpy as np
 
-from gazemeasure.go import another, assist, floor, scenes
+from gazemeasure.go import another, assist, floor, rows, scenes
 from gazemeasure.go import line as go_line
 from gazemeasure.go import process as go_process
 from gazemeasure.go import record as go_record
@@ -34,7 +34,6 @@ _QUICK = 3
 _PROCESSES = 2
 _MOST_SPENT = 7
 _LEAST_ARRIVED = {TWO: 99.0, ONE: 95.0, FOREIGN: 95.0, PEOPLE: 95.0, DOORS: 99.0}
-_RATIO = 1.3
 # What docs/navigation-lab.md recorded, 0.65 and 2.3, and a tenth.
 _ACCELERATION_M_S2, _JERK_M_S3 = 0.72, 2.5
 
@@ -74,9 +73,7 @@ def measure(quick: bool) -> Report:
     report.note(_ONE_LIDAR)
     for line in _ELSEWHERE:
         report.note(line)
-    for one in done:
-        if not one.arrived:
-            report.note(f"{one.job.kind} {one.job.seed}: {one.why}")
+    rows.note_failures(report, done)
     return report
 
 
@@ -99,12 +96,6 @@ def add_comfort(report: Report, done: list[Result]) -> None:
 
 def add_kind(report: Report, kind: str, done: list[Result]) -> None:
     """Add the missions of that kind."""
-    arrived = 100.0 * float(np.mean([one.arrived for one in done]))
-    least = _LEAST_ARRIVED[kind]
-    report.add(f"{kind}: arrived", arrived, f"% of {len(done)}", least, at_least=True)
-    report.add("  collisions", sum(one.collisions for one in done), "", 0.0)
-    report.add("  smallest gap to anything", min(one.least_m for one in done), "m")
-    ratios = [one.ratio for one in done if one.arrived]
-    if ratios:
-        limit = _RATIO if kind in (TWO, ONE) else None
-        report.add("  time by the ideal, median", percentile(ratios, 0.5), "", limit)
+    rows.add_arrived(report, kind, done, _LEAST_ARRIVED[kind])
+    rows.add_gap(report, done)
+    rows.add_ratio(report, done, rows.RATIO if kind in (TWO, ONE) else None)

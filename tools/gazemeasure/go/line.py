@@ -27,6 +27,7 @@ from gazesim.floor_view import Array, Eye, Floor, FloorView, Picture, distance_t
 WIDTH_PX = 160
 _STEP_S, _PERIOD_S, _PICTURE_S, _LATE_S = 0.01, 0.05, 0.08, 0.10
 _LIMIT_S = 150.0
+_LENGTH_M = 7.0  # of a random line
 _TAPPED = (22, 14, 28)  # points of the line, 5 cm apart from 0.9 m on
 _NEAR_M = 0.10
 _LEAST = 95.0  # %, of the way near the tape, of drives that find it, and that end with it
@@ -167,11 +168,11 @@ def random_eye(random: np.random.Generator) -> Eye:
     )
 
 
-def random_line(random: np.random.Generator, length_m: float = 7.0) -> Array:
+def random_line(random: np.random.Generator) -> Array:
     """Straights and bends of 1.2 m radius and more; begins before the chair."""
     points, heading = [np.array((0.9, random.uniform(-0.05, 0.05)))], random.normal(0.0, 0.05)
     done, first = 0.0, True
-    while done < length_m:
+    while done < _LENGTH_M:
         piece = random.uniform(0.8, 2.0)
         straight = first or random.random() < 0.4
         bend = 0.0 if straight else random.choice((-1, 1)) / random.uniform(1.2, 4.0)

@@ -29,13 +29,13 @@ from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, Axis
 from gazesim.home_drive import STEP_S as AXIS_S
 from gazesim.home_routes import Pose, Router
 from gazesim.homes import Home
+from gazesim.lidar_noise import MISSING, NOISE_M
 from gazesim.rooms import Array
 
 _WALKS, _WALKS_QUICK = 100, 6
 _SECONDS, _SECONDS_QUICK = 45.0, 25.0
 _SCAN_S = 0.1
 _PER_TURN = 1440
-_NOISE_M, _MISSING = 0.006, 0.003
 _OFF_M, _OFF_S = 0.5, 0.25
 _LOST_S = 0.5
 _POSE_M, _POSE_RAD, _DRIFT = 0.008, math.radians(0.15), 0.01
@@ -148,7 +148,7 @@ class _Run:
         self._sought_s = 0.0
         self._grid = grid
         self._waited_s = 0.0
-        self._seen_now = self._plainly = False
+        self._plainly = False
         self._off_s = self._unseen_s = 0.0
         self._judged = Judged()
         self._said = Followed(State.NOBODY, STOP, None)
@@ -225,7 +225,6 @@ class _Run:
         pose = self._chair.pose
         true = np.array((pose.x_m, pose.y_m, math.radians(pose.heading_deg)))
         scan, seen = self._scan(true, at_s)
-        self._seen_now = seen
         known = self._known(true)
         begin_s = time.process_time()
         self._said = said = self._follower.look(scan, known)
@@ -252,8 +251,8 @@ class _Run:
         on_leader &= np.isfinite(metres)
         wanted = max(1, int(np.isfinite(to_leader).sum()))
         self._plainly = int(on_leader.sum()) >= 0.8 * wanted
-        kept = np.isfinite(metres) & (self._random.random(len(own)) > _MISSING)
-        noisy = metres[kept] + self._random.normal(0.0, _NOISE_M, int(kept.sum()))
+        kept = np.isfinite(metres) & (self._random.random(len(own)) > MISSING)
+        noisy = metres[kept] + self._random.normal(0.0, NOISE_M, int(kept.sum()))
         points = np.stack(
             (FRONT.x_m + noisy * np.cos(angles[kept]), noisy * np.sin(angles[kept])), 1
         )

@@ -21,7 +21,7 @@ from gazeboard.core.stopping import Stopping
 from gazechair.base.footprint import Footprint
 from gazechair.board.board_commands import Clearance
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.costmap import Costmap, costmap_of
+from gazechair.going.costmap import costmap_of
 from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import ARRIVED, BLOCKED, Mission, Planned
 from gazechair.going.plan import Planner, Pose, Way
@@ -39,6 +39,7 @@ from gazemeasure.obstacles.run import deliver, fastest
 from gazemeasure.turn.board import settings_with
 from gazesim.chair import Chair
 from gazesim.homes import Home
+from gazesim.lidar_noise import NOISE_M
 from gazesim.rooms import Room
 from gazesim.zone import zone_of
 
@@ -51,7 +52,6 @@ _PEOPLE_MS = 50
 _LATE_MS = 10
 _PLAN_MS = 300  # time that planning takes at least
 _TTL_MS = 150
-_NOISE_M = 0.006
 _FULL = 1000
 _NEAR_M = 0.6
 _WALK_M_S = 1.2
@@ -115,8 +115,6 @@ class Go:
         seed: int = 1,
         chair: Chair | None = None,
         no_go: tuple[Any, ...] = (),
-        costmap: Costmap | None = None,
-        rays: int = RAYS,
     ) -> None:
         self.room = room
         self.seed = seed
@@ -137,13 +135,12 @@ class Go:
         self._settings, self._trusted = settings, False
         self._permitted = Stopping(settings, codes.DIR_FORWARD, False).auto
         footprint = Footprint()
-        if costmap is None:
-            costmap = costmap_of(grid, footprint, no_go)
+        costmap = costmap_of(grid, footprint, no_go)
         self.mission = Mission(
             costmap, Planner(costmap, lidars == "two lidars"), self.numbers, footprint, self._submit
         )
         mounts = MOUNTS[lidars]
-        self._eyes = [HalfTurnEye(m, room, _NOISE_M, seed + k, rays) for k, m in enumerate(mounts)]
+        self._eyes = [HalfTurnEye(m, room, NOISE_M, seed + k, RAYS) for k, m in enumerate(mounts)]
         self._blindness = [Blindness() for _ in mounts]
         origins = [(m.pose.x_m, m.pose.y_m) for m in mounts]
         self._evaluate = Evaluator(footprint, origins)
@@ -206,12 +203,11 @@ class Go:
             self.core.tick()
         motion = self.core.motion
         self._put_out = Stick(motion.linear_permille, motion.turn_permille)
-        before = self.chair.speed_m_s
         self.chair.step(
             _STEP_MS / 1000.0, (motion.linear_permille / 1000.0, motion.turn_permille / 1000.0)
         )
         self.outcome.way_m += abs(self.chair.speed_m_s) * _STEP_MS / 1000.0
-        self._feel(before)
+        self._feel()
         if self.now_ms % _PEOPLE_MS == 0:
             if isinstance(self.room, Home):
                 self.room.walk(_PEOPLE_MS / 1000.0, *self.pose)
@@ -219,7 +215,7 @@ class Go:
                 self.room.step(_PEOPLE_MS / 1000.0, *self.pose)
         self._judge()
 
-    def _feel(self, before: float) -> None:
+    def _feel(self) -> None:
         if self.now_ms % 50 == 0:  # as a person feels it
             speed, acceleration = self._before
             now = (self.chair.speed_m_s - speed) / 0.05

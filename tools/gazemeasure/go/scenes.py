@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,12 +18,12 @@ from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occ
 from gazechair.sensing.mapping.stored import ros_map as product_maps
 from gazelink.settings_table import PROFILES
 from gazemeasure import carmen_log
-from gazemeasure.go import foreign_maps, missions
+from gazemeasure.go import foreign_maps, missions, rows
 from gazemeasure.go import record as go_record
 from gazemeasure.go.missions import Job
 from gazemeasure.go.whole import Driven, Judge, Scene, drive
 from gazemeasure.home.localization import KEY_SIGMAS, look, mapped
-from gazemeasure.report import Report, percentile
+from gazemeasure.report import Report
 from gazesim import home_plans, ros_map
 from gazesim.home_drive import FRONT, REAR
 from gazesim.home_routes import Router
@@ -38,7 +38,7 @@ KINDS = {WHOLE: 100, DRAWN: 20, ROBOT: 20, DOOR: 20, PERSON: 20, ROUND: 20}
 """How many of each the whole set has."""
 SHUT = (DOOR, PERSON, ROUND)
 _LEAST_ARRIVED = {WHOLE: 99.0, DRAWN: 99.0, ROBOT: 99.0, DOOR: 95.0, PERSON: 95.0, ROUND: 95.0}
-_RATIO, _SAID_S = 1.3, 10.0
+_SAID_S = 10.0
 _QUICK = 2
 _ROOM_M = 1.5  # nothing is blocked nearer to the chair
 _LOOK_MS = 50
@@ -48,9 +48,12 @@ _WALL_X_M = 4.0
 _KEYS_M = 0.6  # from one key scan of a map to the next
 
 
+D = TypeVar("D", bound="Done")
+
+
 @dataclass(frozen=True)
 class Done:
-    """A mission and its result."""
+    """A mission of the whole chair and its result."""
 
     job: Job
     driven: Driven
@@ -69,6 +72,16 @@ class Done:
     def ratio(self) -> float:
         """Time divided by the ideal time."""
         return self.driven.ratio
+
+    @property
+    def why(self) -> str:
+        """Why it did not arrive."""
+        return self.driven.why
+
+    @classmethod
+    def kept(cls: type[D], row: dict[str, Any]) -> D:
+        """A result from its JSON row."""
+        return cls(**{**row, "job": Job(**row["job"]), "driven": Driven(**row["driven"])})
 
 
 def mission(job: Job) -> Done:
@@ -90,28 +103,18 @@ def measure(report: Report, quick: bool, processes: int) -> None:
         report.note("a ROS map left by a robot: the public log is not on this machine")
         jobs = [job for job in jobs if job.kind != ROBOT]
     file = None if quick else go_record.FILE
-    done = go_record.gather(jobs, mission, _kept, processes, file)
+    done = go_record.gather(jobs, mission, Done.kept, processes, file)
     for kind in dict.fromkeys(job.kind for job in jobs):
         _add(report, kind, [one.driven for one in done if one.job.kind == kind])
-    for one in done:
-        if not one.driven.arrived:
-            report.note(f"{one.job.kind} {one.job.seed}: {one.driven.why}")
-
-
-def _kept(row: dict[str, Any]) -> Done:
-    return Done(Job(**row["job"]), Driven(**row["driven"]))
+    rows.note_failures(report, done)
 
 
 def _add(report: Report, kind: str, done: list[Driven]) -> None:
-    arrived = 100.0 * float(np.mean([one.arrived for one in done]))
-    least = _LEAST_ARRIVED[kind]
-    report.add(f"{kind}: arrived", arrived, f"% of {len(done)}", least, at_least=True)
-    report.add("  collisions", sum(one.collisions for one in done), "", 0.0)
-    report.add("  smallest gap to anything", min(one.least_m for one in done), "m")
-    ratios = [one.ratio for one in done if one.arrived]
-    if ratios and kind not in SHUT:
-        report.add("  time by the ideal, median", percentile(ratios, 0.5), "", _RATIO)
-    if kind in SHUT:
+    rows.add_arrived(report, kind, done, _LEAST_ARRIVED[kind])
+    rows.add_gap(report, done)
+    if kind not in SHUT:
+        rows.add_ratio(report, done, rows.RATIO)
+    else:
         shut = sum(one.shut for one in done)
         report.add("  ways that were shut", shut, f"of {len(done)}", len(done), at_least=True)
         silent_s = max(one.silent_s for one in done)

@@ -32,7 +32,7 @@ _KNOWN_MS = 3000
 _JUDGE_MS, _WORD_MS = 20, 60
 _LIMIT_S = 90.0  # and four times the ideal
 _SETTLES_MS = 1000
-_MOVES_M_S, _MOVES_DEG_S = 0.05, 2.0
+MOVES_M_S, MOVES_DEG_S = 0.05, 2.0
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class Judge:
     def moves(self) -> bool:
         """True if the chair moves, by the truth."""
         chair = self.chair.world.chair
-        return abs(chair.speed_m_s) > _MOVES_M_S or abs(chair.yaw_rate_deg_s) > _MOVES_DEG_S
+        return abs(chair.speed_m_s) > MOVES_M_S or abs(chair.yaw_rate_deg_s) > MOVES_DEG_S
 
     def _measure(self) -> None:
         if self.moves:

@@ -74,7 +74,7 @@ class Drove:
 Run = Callable[[Callable[[Job], Drove], Sequence[Job]], list[Drove]]
 
 
-def drove(job: Job, seconds: float = _SECONDS) -> Drove:
+def drove(job: Job) -> Drove:
     """Run one drive, with the fault from _BEGINS_S on."""
     kind, seed = job
     home = home_plans.home(seed)
@@ -85,7 +85,7 @@ def drove(job: Job, seconds: float = _SECONDS) -> Drove:
     odometry, looks, atlas, done = Odometry(), Looks(), Atlas(), Drove()
     atlas.know({"a": grid})
     look_s = 0.0
-    for event in _events(driven, kind, seconds):
+    for event in _events(driven, kind, _SECONDS):
         if isinstance(event, Motion):
             odometry.motion(event)
             continue

@@ -16,7 +16,6 @@ from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.service.tune import TuneError
 from gazechair.service.tune.forward import (
     STEP_M,
-    ForwardNumbers,
     ForwardRecording,
     identify,
     step_shares,
@@ -139,12 +138,10 @@ def judged(job: Job) -> Found:
     most_ms = TABLE[index_of("step_forward_ms")][3]
     step_ms = numbers.step_ms(permille, ramp_ms, most_ms)
     step_m = _driven_m(_rested(profile, seed), step_shares(permille, ramp_ms, step_ms))
-    return abs(step_m - STEP_M), min(_assumed(profile, seed, numbers, brake_m_s2))
+    return abs(step_m - STEP_M), min(_assumed(profile, seed, brake_m_s2))
 
 
-def _assumed(
-    profile: str, seed: int, numbers: ForwardNumbers, brake_m_s2: float
-) -> Sequence[float]:
+def _assumed(profile: str, seed: int, brake_m_s2: float) -> Sequence[float]:
     shares = []
     for share in (0.3, 0.6, 1.0):
         chair = _rested(profile, seed)

@@ -26,6 +26,7 @@ from gazemeasure.report import Report, percentile
 from gazesim import home_plans, rays
 from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, REAR, Mounted
 from gazesim.homes import Home
+from gazesim.lidar_noise import NOISE_M
 from gazesim.rooms import Array, Solid
 
 _HOMES, _HOMES_QUICK = 100, 3
@@ -35,7 +36,6 @@ KEY_SIGMAS = np.array((0.01, 0.01, math.radians(0.2)))
 _RIGHT_M, _RIGHT_RAD = 0.1, math.radians(3.0)
 _LOOK_S, _TURN_RAD_S, _GIVEN_S = 0.5, math.radians(20.0), 10.0
 _BEAMS = 600  # per turn
-_NOISE_M = 0.006
 _FARTHEST_M = 18.0
 _NOTICED_S = 5.0
 _HIDDEN_SHARE, _SECTORS = 0.7, 20
@@ -191,7 +191,7 @@ def look(
         near[chance.random(_SECTORS) >= hidden] = math.inf
         metres = np.minimum(metres, near[np.arange(len(own)) * _SECTORS // len(own)])
         seen = (metres > 0.05) & (metres < _FARTHEST_M)
-        noisy = metres[seen] + chance.normal(0.0, _NOISE_M, int(seen.sum()))
+        noisy = metres[seen] + chance.normal(0.0, NOISE_M, int(seen.sum()))
         directions = np.stack((np.cos(angles[seen]), np.sin(angles[seen])), axis=1)
         points.append(origin + noisy[:, None] * directions)
         origins.append(np.tile(origin, (len(noisy), 1)))

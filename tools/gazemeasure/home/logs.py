@@ -49,7 +49,7 @@ def measure(report: Report, quick: bool) -> None:
         report.add("fr079: position RMSE of the map's poses", rmse_m, "m", _FR079_LIMIT_M)
         report.add("fr079: loops closed", mapper.loops, "")
         frames = carmen_log.read(carmen_log.INTEL)
-        errors_m = carmen_log.intel_relations_m(times_of(frames), poses_of(map_intel(frames)))
+        errors_m = carmen_log.intel_relations_m(times_of(frames), poses_of(_map_intel(frames)))
         report.add("Intel: mean error of the relations", errors_m.mean(), "m", _INTEL_LIMIT_M)
         report.add("Intel: standard deviation", errors_m.std(), "m")
         _add_rival(report, frames, float(errors_m.mean()))
@@ -119,7 +119,7 @@ def map_fr079(frames: list[Frame]) -> tuple[Mapper, list[int]]:
     return mapper, taken
 
 
-def map_intel(frames: list[Frame]) -> Mapper:
+def _map_intel(frames: list[Frame]) -> Mapper:
     """A finished map: every frame is a key scan, found by a wide search among those near it."""
     headings = carmen_log.sensor_headings(frames)
     mapper = Mapper(0.0, 0.0)

@@ -28,7 +28,7 @@ def measure(report: Report, quick: bool, run: Run) -> None:
     except carmen_log.NoDataError as error:
         report.note(f"odometry of the public log not measured: {error}")
         return
-    found = run(of_log, _SEEDS_QUICK if quick else _SEEDS)
+    found = run(_of_log, _SEEDS_QUICK if quick else _SEEDS)
     report.add(
         "fr079, odometry alone: position RMSE, worst", max(one[0] for one in found), "m", _LIMIT_M
     )
@@ -40,7 +40,7 @@ def measure(report: Report, quick: bool, run: Run) -> None:
     )
 
 
-def of_log(seed: int) -> tuple[float, float]:
+def _of_log(seed: int) -> tuple[float, float]:
     """See `rmse_m`; raises NoDataError."""
     return rmse_m(carmen_log.read(carmen_log.FR079), seed)
 

@@ -15,12 +15,11 @@ from gazechair.sensing.lidar.scan import BINS, Scan
 from gazechair.sensing.lidar.stream import ByteStream
 from gazelink import codes
 from gazemeasure.lidar.emulator import room
+from gazesim.lidar_noise import MISSING, NOISE_M
 from gazesim.s2_beams import Array
 from gazesim.s2_frames import Octets, capsules, damaged
 
 PER_TURN = 3200
-_NOISE_M = 0.006
-_MISSING = 0.003
 _BATCH = 20_000  # capsules
 _WAITING = 16
 PIECE_BYTES = 4 * CAPSULE_SIZE  # 5 ms
@@ -29,7 +28,7 @@ _EXTENDED_M = 0.5
 _AT_MIRROR_DEG = 30.0  # near the mirror: some capsules may be in transit or lost
 
 
-def turn_of(count: int, first: int = 0) -> Array:
+def _turn_of(count: int, first: int = 0) -> Array:
     """Mirror positions, 0..1 of a turn, of `count` capsules from number `first` on."""
     points = np.arange(first * POINTS, (first + count) * POINTS)
     return np.asarray((points % PER_TURN) / PER_TURN)
@@ -37,9 +36,9 @@ def turn_of(count: int, first: int = 0) -> Array:
 
 def clean(count: int, random: np.random.Generator, first: int = 0) -> Octets:
     """Capsules of the emulator's room, ranges with noise and misses, as rows."""
-    turns = turn_of(count, first)
-    metres = room(-2.0 * np.pi * turns) + random.standard_normal(len(turns)) * _NOISE_M
-    metres[random.random(len(turns)) < _MISSING] = 0.0
+    turns = _turn_of(count, first)
+    metres = room(-2.0 * np.pi * turns) + random.standard_normal(len(turns)) * NOISE_M
+    metres[random.random(len(turns)) < MISSING] = 0.0
     return capsules(turns, metres * 1000.0, after_reset=first == 0)
 
 

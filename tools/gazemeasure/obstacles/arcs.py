@@ -27,6 +27,7 @@ from gazemeasure.obstacles.eyes import CORNERS, FRONT, Eye, Ours
 from gazemeasure.obstacles.run import MOVING_M_S, Outcome, deliver, fastest
 from gazemeasure.turn.board import settings_with
 from gazesim.chair import FRONT_M, HALF_WIDTH_M, REAR_M, Chair
+from gazesim.lidar_noise import NOISE_M
 from gazesim.random_rooms import task
 from gazesim.rooms import Room, Solid, box
 
@@ -34,7 +35,6 @@ _STEP_S = 0.01
 _LOOK_STEPS = 5
 _NEAR_M = 0.6
 _FULL = 1000
-_NOISE_M = 0.006
 _BEGIN_STEPS = 60  # the lidars' first turns, and the board's first look
 _REST_S = 4.0
 _AGAIN_S = 0.5  # after an override: until the next press
@@ -65,7 +65,7 @@ class ArcTask:
     steady: bool
 
 
-def arc_task(seed: int) -> ArcTask:
+def _arc_task(seed: int) -> ArcTask:
     """The task with that seed: every other one steady."""
     chance = random.Random(f"arc {seed}")
     room = _posts(chance) if chance.random() < 0.6 else task("room", seed).room
@@ -134,7 +134,6 @@ class ArcRun:
         seed: int,
         ruled: bool = True,
         body: Body | None = None,
-        settings: dict[str, int] | None = None,
         one_lidar: bool = False,
     ) -> None:
         self._task = wanted
@@ -143,14 +142,14 @@ class ArcRun:
         self.chair.place(*wanted.room.start)
         self.chair.step(_STEP_S, (0.0, 0.0))
         numbers = {"linear_permille": _FULL, "turn_permille": _FULL}
-        made = settings_with({"profile": PROFILES.index(profile), **numbers, **(settings or {})})
+        made = settings_with({"profile": PROFILES.index(profile), **numbers})
         self._inputs: Any = Inputs()
         self._inputs.cap_permille = _FULL
         self._obstacles: Any = Obstacles(made)
         self._motion: Any = Motion(made, turn_controller(made))
         self._trusted = bool(seed // 2 % 2)
         mounts = FRONT if one_lidar else CORNERS
-        self._eyes = [Eye(m, self._room, _NOISE_M, seed + k) for k, m in enumerate(mounts)]
+        self._eyes = [Eye(m, self._room, NOISE_M, seed + k) for k, m in enumerate(mounts)]
         self._rule = Ours(self._eyes) if ruled else None
         self._said: Clearance | None = None
         self._out = (0, 0)
@@ -300,7 +299,7 @@ def arc_trial(seed: int) -> ArcTrial:
     profile = PROFILES[seed // 4 % len(PROFILES)]
     if seed // _IN_A_ROW % 2:
         return attack_trial(seed, profile)
-    wanted = arc_task(seed)
+    wanted = _arc_task(seed)
     run = ArcRun(wanted, profile, seed, one_lidar=seed % 8 == 7)
     ours = run()
     unseen_m_s = _unseen_m_s(run, touched(wanted.room, run.chair), seed)

@@ -21,6 +21,7 @@ from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import Pose, Scan, in_arcs, to_chair
 from gazelink import codes
 from gazemeasure import prototype_rule
+from gazesim.lidar_noise import MISSING
 from gazesim.rooms import Room
 from gazesim.world import LIDAR_HEIGHT_M
 from gazesim.zone import zone_of
@@ -28,7 +29,6 @@ from gazesim.zone import zone_of
 Array = NDArray[np.float64]
 RAYS = 800
 TURN_S = 0.1
-_MISSING = 0.003
 _RANGE_M = (0.05, 30.0)
 _PIECE_S = 0.02  # beams are cast together from one place
 
@@ -95,7 +95,7 @@ class Eye:
         rays = np.radians(pose.directions_deg(angles_deg) + heading_deg)
         true = self._room.cast(x, y, rays, LIDAR_HEIGHT_M)
         seen = (true >= _RANGE_M[0]) & (true <= _RANGE_M[1])
-        seen &= self._random.random(len(true)) >= _MISSING
+        seen &= self._random.random(len(true)) >= MISSING
         noise = self._random.standard_normal(len(true)) * self._noise_m
         return np.where(seen, np.maximum(np.where(seen, true, 0.0) + noise, 0.0), 0.0)
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import gazesetup
 from gazedemo.browser import Driver, open_page
-from gazedemo.check import NEUTRAL, Check
+from gazedemo.check import Check
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
 from gazemeasure.page import floods
@@ -30,7 +30,6 @@ _REST_S = 0.7
 _JITTER_S = 0.033
 _SETTLE_S = 6.0  # until the picture's size has settled
 _WAIT_S = 5.0
-_ENOUGH = 0.4  # of the presses must have met no stall of the machine
 _PATIENCE = 3  # times as many presses at most
 _THROTTLE = 6
 _WEIGHT_LIMIT_KB = 40.0
@@ -145,7 +144,7 @@ def _glances(driver: Driver, stack: Stack, probe: StallProbe, presses: int) -> S
     samples = Samples()
     driver.page.evaluate(TAKE)
     while samples.pressed < presses or (
-        len(samples.to_wipers) < presses * _ENOUGH and samples.pressed < _PATIENCE * presses
+        len(samples.to_wipers) < presses * floods.ENOUGH and samples.pressed < _PATIENCE * presses
     ):
         if driver.data("state") != "armed":
             check.arm()
@@ -174,9 +173,9 @@ def _one(
     said = [at / 1000 - offset_s for at in seen["said"]]
     left = [at / 1000 - offset_s for at, name in seen["over"] if name == ""]
     entries = sim.do("wiper_log", since=mark)["entries"]
-    moved = _first(entries, said[0], moved=True) if said else None
+    moved = floods.first(entries, said[0], moved=True) if said else None
     left = [at for at in left if moved is not None and at > moved]
-    stopped = _first(entries, left[0], moved=False) if left else None
+    stopped = floods.first(entries, left[0], moved=False) if left else None
     if moved is None or stopped is None:
         samples.missed += 1
     elif probe.stalled(said[0], moved) or probe.stalled(left[0], stopped):
@@ -216,13 +215,6 @@ def _grace_ms(driver: Driver) -> float:
     return float(mine["leave_grace_ms"])
 
 
-def _first(entries: list[list[Any]], since_s: float, moved: bool) -> float | None:
-    for _number, time_s, linear, turn in entries:
-        if time_s >= since_s and ((linear, turn) != NEUTRAL) == moved:
-            return float(time_s)
-    return None
-
-
 def _ages(drawn: list[list[float]], samples: Samples) -> None:
     """Add the ages when drawn, and every 10 ms until the next picture is drawn."""
     for index, (at_ms, age_ms, width) in enumerate(drawn):
@@ -244,7 +236,7 @@ def _report_glances(
     report.add(f"{name}: left -> neutral, p95", percentile(left, 0.95), "ms", 50 + add)
     delay = percentile(samples.event_delay, 0.95)
     report.add(f"{name}: browser's event delay, p95", delay, "ms")
-    report.add(f"{name}: samples", len(entered), "", presses * _ENOUGH, at_least=True)
+    report.add(f"{name}: samples", len(entered), "", presses * floods.ENOUGH, at_least=True)
     report.add(f"{name}: dropped (stalls)", 100 * samples.dropped / samples.pressed, "%")
     report.add(f"{name}: missed", samples.missed, "", max(1.0, samples.pressed * 0.05))
 

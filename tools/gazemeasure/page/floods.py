@@ -25,7 +25,8 @@ _REST_S = 0.35
 _BUILD_UP_S = 1.0
 _MOST_MS = 50.0
 _GROWTH_MB = 20.0
-_ENOUGH = 0.4  # of the presses must have met no stall of the machine
+ENOUGH = 0.4
+"""Share of the presses that must have met no stall of the machine."""
 _PATIENCE = 4  # times as many presses at most
 
 
@@ -90,7 +91,7 @@ def _attacked(stack: Stack, attack: str, cookie_name: str, cookie: str) -> Itera
 def _drive(driver: RawDriver, sim: SimControl, probe: StallProbe, presses: int) -> _Times:
     times = _Times()
     while times.pressed < presses or (
-        len(times.both) < 2 * presses * _ENOUGH and times.pressed < _PATIENCE * presses
+        len(times.both) < 2 * presses * ENOUGH and times.pressed < _PATIENCE * presses
     ):
         driver.arm()
         sim.do("teleport", x_m=0, y_m=0, heading_deg=0)
@@ -101,8 +102,8 @@ def _drive(driver: RawDriver, sim: SimControl, probe: StallProbe, presses: int) 
         up_s = driver.release()
         time.sleep(_REST_S)
         entries = sim.do("wiper_log", since=mark)["entries"]
-        moved_s = _first(entries, down_s, moved=True)
-        stopped_s = _first(entries, up_s, moved=False)
+        moved_s = first(entries, down_s, moved=True)
+        stopped_s = first(entries, up_s, moved=False)
         if moved_s is None or stopped_s is None or moved_s > up_s:
             # The chair refuses to move on late scans, as on a machine that stalls.
             stalled = probe.stalled(down_s - _REST_S, up_s + _REST_S)
@@ -115,7 +116,8 @@ def _drive(driver: RawDriver, sim: SimControl, probe: StallProbe, presses: int) 
     return times
 
 
-def _first(entries: list[list[Any]], since_s: float, moved: bool) -> float | None:
+def first(entries: list[list[Any]], since_s: float, moved: bool) -> float | None:
+    """When the wipers first left neutral (`moved`), or were back there, after `since_s`."""
     for _number, time_s, linear, turn in entries:
         if time_s >= since_s and ((linear, turn) != NEUTRAL) == moved:
             return float(time_s)

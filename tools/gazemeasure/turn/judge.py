@@ -70,7 +70,7 @@ def judge(turn: Turn) -> Verdict:
     """Judge a turn. The recording should continue for at least 1 s after the motion's end."""
     sign = 1.0 if turn.angle_deg > 0 else -1.0
     error = (turn.heading_deg - turn.angle_deg) * sign  # positive: too far
-    at = settled_at(error, turn.rate_dps)
+    at = _settled_at(error, turn.rate_dps)
     outside = np.abs(error) > WITHIN_DEG
     swings = _swings(error)
     flips = _flips(error, turn.count)
@@ -89,7 +89,7 @@ def judge(turn: Turn) -> Verdict:
     )
 
 
-def settled_at(error_deg: Floats, rate_dps: Floats) -> int | None:
+def _settled_at(error_deg: Floats, rate_dps: Floats) -> int | None:
     """Index (ms) of the first second that keeps to the definition; None when there is none."""
     good = (np.abs(error_deg) <= WITHIN_DEG) & (np.abs(rate_dps) < UNDER_DPS)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], good.astype(np.int8), [0]))))

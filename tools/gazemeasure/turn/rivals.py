@@ -48,16 +48,15 @@ class Rival(ABC):
 class PrototypeTurn(Rival):
     """The first prototype's controller, with one interpretation of its published gains."""
 
-    def __init__(self, reading: Reading, cutoff_deg: float = 0.0) -> None:
+    def __init__(self, reading: Reading) -> None:
         super().__init__()
         self._reading = reading
-        self._cutoff_deg = cutoff_deg
         self._every_ms = 1000 // reading.rate_hz
 
     def start(self, angle_deg: float) -> None:
         """See Rival."""
         super().start(angle_deg)
-        self._controller = Prototype(self._reading, PUBLISHED, angle_deg, self._cutoff_deg)
+        self._controller = Prototype(self._reading, PUBLISHED, angle_deg)
 
     def tick(self) -> None:
         """See run.Controller."""

@@ -5,7 +5,6 @@ from collections import deque
 import numpy as np
 
 FRAME_BYTES = 960  # 30 ms
-FRAME_S = 0.03
 LOUDER = 2.5  # than the room, 8 dB
 QUIETEST = 20.0  # of 32768: what is below that is no speech in any room
 TOO_LOUD = 1500.0

@@ -19,7 +19,6 @@ from gazechair.plugins import Unusable
 
 RATE = 16_000
 MOST_RATE = 192_000
-BYTES_PER_S = 2 * RATE
 WAIT_S = 0.1
 SILENT_S = 1.0  # a microphone that sends nothing for so long is gone
 CHUNK = 1 << 20
@@ -159,7 +158,7 @@ def read_wav(path):
             data = file.readframes(int(LONGEST_S * rate))
     except (OSError, EOFError, wave.Error, ValueError) as error:
         raise Unusable(f"{path} is no WAV file of PCM sound: {error or 'it is cut off'}") from None
-    return resample(samples(data, width, channels), rate).astype("<i2").tobytes()
+    return _resample(samples(data, width, channels), rate).astype("<i2").tobytes()
 
 
 def samples(data, width, channels):
@@ -174,7 +173,7 @@ def samples(data, width, channels):
     return sound.reshape(-1, channels).mean(axis=1)
 
 
-def resample(sound, rate):
+def _resample(sound, rate):
     """To 16 kHz; a running mean keeps what is too high from folding back."""
     if rate == RATE or not len(sound):
         return sound

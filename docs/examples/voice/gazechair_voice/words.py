@@ -29,7 +29,7 @@ class Recogniser:
             ) from None
         self._commands = {"stop", *commands}
         others = [word for word in OTHERS if word not in self._commands]
-        said = pronunciations(
+        said = _pronunciations(
             pocketsphinx.get_model_path("en-us/cmudict-en-us.dict"), {*self._commands, *others}
         )
         for word in self._commands:
@@ -60,7 +60,7 @@ class Recogniser:
         return word if word in self._commands else ""
 
 
-def pronunciations(path, words):
+def _pronunciations(path, words):
     """Of those words that are in the dictionary at `path`: all their lines."""
     found = {}
     with open(path, encoding="utf-8") as lines:

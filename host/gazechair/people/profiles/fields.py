@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from gazechair.base.refused import Refused
+
 Profile = dict[str, Any]
 
 MOST_NAME = 40
@@ -19,13 +21,8 @@ _JOINER = "\u200d"  # of several signs to one emoji, as a person in a wheelchair
 _SWITCHES = ("space", "enter", "tab", "f8", "click", "right_click")
 
 
-class ProfileRefused(ValueError):
-    """Raised for a refused change; the text is one plain English line."""
-
-    def __init__(self, reason: str, detail: str) -> None:
-        """`reason`: a key of the string tables."""
-        super().__init__(detail)
-        self.reason = reason
+class ProfileRefused(Refused):
+    """Raised for a refused change."""
 
 
 @dataclass(frozen=True)

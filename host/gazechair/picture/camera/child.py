@@ -7,8 +7,9 @@ import sys
 import threading
 from typing import Any
 
+from gazechair.base.child_main import enter_child
+from gazechair.base.child_records import RecordWriter
 from gazechair.base.latest_value import Latest
-from gazechair.base.supervisor import RecordWriter, enter_child
 from gazechair.picture.camera import CameraError, http_stream, oak, usb
 from gazechair.picture.camera.record import LOST, STARTING, Frame
 

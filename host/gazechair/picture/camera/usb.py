@@ -23,7 +23,7 @@ def find(folder: Path = Path("/dev")) -> list[str]:
     return [str(path) for path in sorted(devices, key=lambda path: int(path.name[5:]))]
 
 
-def open_first(device: str, width: int, height: int, rate_hz: int) -> Capture:
+def _open_first(device: str, width: int, height: int, rate_hz: int) -> Capture:
     """`device`, or, if "", the first that provides MJPEG. Raises CameraError."""
     devices = [device] if device else find()
     if not devices:
@@ -39,7 +39,7 @@ def open_first(device: str, width: int, height: int, rate_hz: int) -> Capture:
 
 def read(device: str, width: int, height: int, rate_hz: int, newest: Latest[Frame]) -> None:
     """Put each picture into `newest` until the camera fails (CameraError)."""
-    with closing(open_first(device, width, height, rate_hz)) as camera:
+    with closing(_open_first(device, width, height, rate_hz)) as camera:
         good_s = time.monotonic()
         while True:
             picture = camera.read(_WAIT_S)

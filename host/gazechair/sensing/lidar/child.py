@@ -20,7 +20,8 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from gazechair.base import health as states
-from gazechair.base.supervisor import RecordWriter, child_main
+from gazechair.base.child_main import child_main
+from gazechair.base.child_records import RecordWriter
 from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
 from gazechair.sensing.lidar import recorded, zone_message

@@ -11,8 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
+from gazechair.base.child_main import child_main
+from gazechair.base.child_records import RecordWriter
 from gazechair.base.newest_line import NewestLine
-from gazechair.base.supervisor import RecordWriter, child_main
 from gazechair.sensing.mapping.worker import PULSE_S, Worker
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars

@@ -12,7 +12,7 @@ from gazechair.base.told import ToldError
 def add(commands: Any) -> None:
     """Add them to argparse's subparsers `commands`."""
     maps = commands.add_parser("map", help="maps of the home: draw, exchange with ROS")
-    acts = maps.add_subparsers(title="commands", required=True, metavar="WHAT")
+    acts = maps.add_subparsers(title="actions", required=True, metavar="ACTION")
     show = acts.add_parser("show", help="draw a map and its track as an SVG picture")
     show.add_argument("file", type=Path, help="the map")
     show.add_argument("--output", type=Path, help="the picture (default: FILE with .svg)")

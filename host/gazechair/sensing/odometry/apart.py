@@ -13,6 +13,9 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 
+CORRELATED = 2.0
+"""Errors of neighbouring points are correlated: so many points count as one."""
+
 _TURN_S = 0.11  # of a lidar, with some slack: half a turn sees half of a thing
 _LONG_M, _WIDE_M = 3.0, 1.3  # along the direction, and across it: a bed, with who pushes it
 _EDGES = 0.05, 0.95  # of the information of a thing, across: its sides

@@ -13,7 +13,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from gazechair.base.supervisor import RecordWriter, child_main
+from gazechair.base.child_main import child_main
+from gazechair.base.child_records import RecordWriter
 from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.scan import Pose, in_arcs
 from gazechair.sensing.odometry import inbox

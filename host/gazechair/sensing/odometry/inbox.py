@@ -1,6 +1,6 @@
-"""Inputs of odometry and mapping: datagrams of scans and of board reports, on one socket for each.
+"""Datagrams of scans and of board reports, on one socket for each process that reads them.
 
-Mapping gets odometry's estimates, too.
+Odometry, mapping, assist and auto motions do; mapping and auto motions get estimates, too.
 
 The lidars' child and the daemon write without ever waiting: what does not fit is lost. The socket
 outlives the child at either end.

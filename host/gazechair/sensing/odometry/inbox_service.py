@@ -1,4 +1,4 @@
-"""The daemon's side of a child process that reads an inbox, for odometry and mapping."""
+"""The daemon's side of a child process that reads an inbox (inbox.py)."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.odometry.apart import Constraints, together
+from gazechair.sensing.odometry.apart import CORRELATED, Constraints, together
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.points import stand_alone
 from gazechair.sensing.odometry.straight import straightened
@@ -34,8 +34,6 @@ _LOOSE_M, _TIGHT_M = 0.25, 0.08  # scale beyond which a point counts less: first
 # Of an open direction: a surface that faces it more than this, the cosine, is left out; and a
 # chair that points along it more than this drives along it.
 _FACES, _ALONG = 0.2, 0.9
-# Errors of points on one surface are correlated: this many count as one.
-_TOGETHER = 2.0
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,7 @@ def fit(
         loose = _LOOSE_M if turn < 3 else _TIGHT_M
         robust = 1.0 / (1.0 + (residuals / loose) ** 2) ** 2
         which = spread[1]
-        strength = robust / ((spread[0] + variance[which]) * _TOGETHER)
+        strength = robust / ((spread[0] + variance[which]) * CORRELATED)
         if turn in (0, 3):  # surfaces are coarse, then fine
             told = Constraints(rows, turned[which] + state[:2], strength)
             open_axes = together([*before, told]).open_axes()

@@ -19,7 +19,6 @@ from gazechair.sensing.odometry.obeys import Obeys
 LOST = "odometry_lost"
 UNSURE = "odometry_unsure"
 DIFFERS = "odometry_heading"
-TURNED = "lidar_turned"
 _DIFFERS_S = 10.0  # shown for this long: a scale error shows in turns only
 _LASTS_S = 5.0  # a doubt that lasts for less is not reported
 _NICE = 5  # lower priority than what drives the chair
@@ -74,7 +73,9 @@ class OdometryService(InboxService):
         if not doubt:
             self._doubted_s = None
         if self._turned:
-            self._health.set(states.DEGRADED, TURNED, "a lidar seems to be turned on its mount")
+            self._health.set(
+                states.DEGRADED, doubts.TURNED, "a lidar seems to be turned on its mount"
+            )
         elif now_s < self._differs_s + _DIFFERS_S:
             self._health.set(states.DEGRADED, DIFFERS, "the lidars see another heading")
         elif not doubt:

@@ -22,19 +22,22 @@ def add(commands: Any) -> None:
     heading.set_defaults(act=_heading)
     joystick = parts.add_parser("joystick", help="the joystick's neutral, with a meter")
     joystick.set_defaults(act=_joystick)
-    camera = parts.add_parser("camera", help="where the camera sits over the floor, by marks on it")
+    camera = parts.add_parser("camera", help="the camera's pose above the floor, by marks on it")
     camera.add_argument(
-        "--picture", type=Path, metavar="JPEG", help="take it; with --marks: use it"
+        "--picture",
+        type=Path,
+        metavar="JPEG",
+        help="save a picture here; with --marks: the marks' picture",
     )
     camera.add_argument(
         "--marks", type=Path, metavar="FILE", help="a line for each mark: pixels u v, metres x y"
     )
-    for name, dest, unit in (
-        ("height", "height_m", "M"),
-        ("down", "down_deg", "DEG"),
-        ("field", "field_deg", "DEG"),
+    for name, dest, unit, what in (
+        ("height", "height_m", "M", "height of the camera above the floor"),
+        ("down", "down_deg", "DEG", "angle by which the camera looks down"),
+        ("field", "field_deg", "DEG", "angle of view of the picture's width"),
     ):
-        text = "the camera's, by eye; a guess will do"
+        text = f"{what}; an estimate is enough"
         camera.add_argument(f"--{name}", dest=dest, type=float, metavar=unit, help=text)
     configuration.add_option(camera)
     camera.set_defaults(act=_camera)

@@ -12,7 +12,7 @@ from gazechair.config import configuration
 def add(commands: Any) -> None:
     """Add them to argparse's subparsers `commands`."""
     lidar = commands.add_parser("lidar", help="masks and recordings of the lidars")
-    acts = lidar.add_subparsers(title="acts", required=True, metavar="ACT")
+    acts = lidar.add_subparsers(title="actions", required=True, metavar="ACTION")
     mask = acts.add_parser("mask", help="find where the chair itself blocks the lidars' view")
     mask.add_argument("--seconds", type=float, default=5.0, metavar="N", help="look for N seconds")
     mask.set_defaults(act=_mask)

@@ -11,7 +11,7 @@ from gazechair.config import configuration
 
 def add(commands: Any) -> None:
     """Add it to argparse's subparsers `commands`."""
-    pair = commands.add_parser("pair", help="let a tablet or phone in, list them, send one away")
+    pair = commands.add_parser("pair", help="pair a tablet or phone, list them, revoke one")
     pair.add_argument(
         "--role",
         choices=("driver", "caretaker", "viewer"),
@@ -19,7 +19,7 @@ def add(commands: Any) -> None:
         help="what the device may do (default: driver)",
     )
     pair.add_argument("--list", action="store_true", help="show the paired devices")
-    pair.add_argument("--revoke", metavar="ID", help="send a device away")
+    pair.add_argument("--revoke", metavar="ID", help="end this device's pairing")
     configuration.add_option(pair)
     pair.set_defaults(act=_pair)
 

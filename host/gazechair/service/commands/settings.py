@@ -10,7 +10,9 @@ def add(commands: Any) -> None:
     """Add it to argparse's subparsers `commands`."""
     settings = commands.add_parser("settings", help="read and change the board's settings")
     settings.add_argument("--port", default="auto", help="the board's serial port")
-    settings.add_argument("--set", nargs=2, action="append", metavar=("NAME", "VALUE"))
+    settings.add_argument(
+        "--set", nargs=2, action="append", metavar=("NAME", "VALUE"), help="change one"
+    )
     settings.add_argument("--defaults", action="store_true", help="first take all defaults")
     settings.add_argument("--save", action="store_true", help="keep them across a reset")
     settings.add_argument(

@@ -12,7 +12,9 @@ from gazelink.settings_table import PROFILES
 
 def add(commands: Any) -> None:
     """Add it to argparse's subparsers `commands`."""
-    tune = commands.add_parser("tune", help="find out how the chair turns, in one speed profile")
+    tune = commands.add_parser(
+        "tune", help="measure how the chair turns and drives, in one profile"
+    )
     tune.add_argument("--profile", required=True, choices=PROFILES, help="selected on the chair")
     configuration.add_option(tune)
     tune.add_argument("--dry-run", action="store_true", help="only show what it finds")

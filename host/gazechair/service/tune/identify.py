@@ -71,9 +71,9 @@ def _deepest(centre: Floats, pulses: Pulses) -> Valley:
             start[model.LIE], start[model.CASTER] = lie, caster
             if brisk:
                 start[[model.ACCELERATE, model.BREAKAWAY]] = _BRISK
-            tried.append(valley_below(start, centre, pulses, *_COARSE))
+            tried.append(_valley_below(start, centre, pulses, *_COARSE))
     tried.sort(key=lambda valley: valley.cost)
-    sharp = (valley_below(valley.at, centre, pulses, *_SHARP) for valley in tried[:_BEST])
+    sharp = (_valley_below(valley.at, centre, pulses, *_SHARP) for valley in tried[:_BEST])
     return min(sharp, key=lambda valley: valley.cost)
 
 
@@ -82,7 +82,7 @@ def _thinned(p: Pulses) -> Pulses:
     return replace(p, time_s=times, heading_deg=headings, away_rad=away)
 
 
-def valley_below(
+def _valley_below(
     start: Floats, centre: Floats, pulses: Pulses, noise_deg: float, rounds: int
 ) -> Valley:
     """The end of a descent from `start`; `centre`: the prior means of the unknowns."""

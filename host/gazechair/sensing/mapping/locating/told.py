@@ -21,7 +21,6 @@ from gazechair.sensing.odometry.straight import straightened
 _FLAT = 5.0  # a surface's length in proportion to its depth, variances
 _SAME_RAD = math.radians(15.0)  # a wall drawn in cells is rough
 _LIMIT = 4.0  # squared deviations: beyond, a point counts less
-_TOGETHER = 2.0  # errors of neighbouring points are correlated: this many count as one
 # 1/m^2, and a share of the direction determined best: with less, a direction is open. A wall that
 # is drawn on a cell's edge has rough cells, and the more points it has, the more lie on those.
 _LEAST, _LEAST_SHARE = 1600.0, 0.01
@@ -69,7 +68,7 @@ def told(grid: NdtGrid, look: Look, pose: FloatArray) -> Told:
         information[2, 2] + 1.0
     )
     found, axes = np.linalg.eigh(firm)
-    by_one = apart.Constraints(rows, at, strength / _TOGETHER).open_axes()
+    by_one = apart.Constraints(rows, at, strength / apart.CORRELATED).open_axes()
     open_axes = axes.T[found < max(_LEAST, _LEAST_SHARE * found[1])]
     weak_axes = axes.T[found < _WEAK * found[1]]
     return Told(information, open_axes, np.array(by_one).reshape(-1, 2), weak_axes)

@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from gazechair.base.refused import Refused
+
 Corner = tuple[float, float]
 
 ICONS = (
@@ -24,12 +26,8 @@ _LEAST_AREA_M2 = 0.01
 FARTHEST_M = 1000.0
 
 
-class EditRefused(Exception):
-    """Raised when a caretaker's request is refused: reason (a key of the texts), one plain line."""
-
-    def __init__(self, reason: str, detail: str) -> None:
-        super().__init__(detail)
-        self.reason = reason
+class EditRefused(Refused):
+    """Raised when a caretaker's request is refused."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The tiles whose person first chooses a spot in the picture: a line, a place on the floor."""
+"""The tiles that need no map: follow a person, follow a line, go to a spot in the picture."""
 
 from __future__ import annotations
 
@@ -18,8 +18,15 @@ TILES = {
 }
 
 
+def people(allowed: bool) -> dict[str, Target]:
+    """The tile that follows a person; `allowed`: this driver may use auto motions."""
+    if not allowed:
+        return {}
+    return {"follow-person": Target("Volg persoon", "person", {}, "Follow person")}
+
+
 def spots(kind: str, allowed: bool, floor: FloorStore) -> dict[str, Target]:
-    """The tile of a kind; `allowed`: this driver may use auto motions.
+    """The tile of a kind whose person first chooses a spot.
 
     Empty without a calibrated camera whose pictures can be decoded.
     """

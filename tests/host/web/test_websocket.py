@@ -12,7 +12,7 @@ import simple_websocket
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gazechair.web.sockets import (
+from gazechair.web.websocket import (
     ARRIVALS_PER_S,
     LIBRARY_OPTIONS,
     MOST_MESSAGE,

@@ -10,7 +10,7 @@ import pytest
 from gazechair.picture.floor import ABOVE_HORIZON, TOO_FAR, FloorCamera, NoSpot, Spot
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
-from gazechair.producers.spots import spots
+from gazechair.producers.tiles import spots
 
 
 def camera(down_deg: float) -> FloorCamera:

@@ -13,14 +13,14 @@ _DETAIL = 500  # characters
 
 
 @dataclass(frozen=True)
-class Words:
-    """A message."""
+class Message:
+    """A text for a route."""
 
     title: str
     body: str
 
 
-def words(alert: Alert, driver: str, language: str) -> Words:
+def message_of(alert: Alert, driver: str, language: str) -> Message:
     """The message about `alert` for the driver named `driver`, "" for none."""
     lines = [f"{driver}: {alert.sentence}"] if alert.sentence else []
     lines += [alert.detail[:_DETAIL]] if alert.detail else []
@@ -28,4 +28,5 @@ def words(alert: Alert, driver: str, language: str) -> Words:
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(alert.at))
     # The name without a sentence, too: a helper may know more than one chair.
     lines.append(f"{driver}, {when}" if driver and not alert.sentence else when)
-    return Words(f"gazechair: {sentence(language, alert.key)}", "\n".join(lines))
+    return Message(f"gazechair: {sentence(language, alert.key)}", "
+".join(lines))
