@@ -28,5 +28,4 @@ def message_of(alert: Alert, driver: str, language: str) -> Message:
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(alert.at))
     # The name without a sentence, too: a helper may know more than one chair.
     lines.append(f"{driver}, {when}" if driver and not alert.sentence else when)
-    return Message(f"gazechair: {sentence(language, alert.key)}", "
-".join(lines))
+    return Message(f"gazechair: {sentence(language, alert.key)}", "\n".join(lines))
