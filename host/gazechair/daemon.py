@@ -21,7 +21,7 @@ from gazechair.board.link import BoardLink
 from gazechair.board.zone import BoardZone
 from gazechair.config.settings import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
-from gazechair.driving.error_handler import FIRST_DRIVE
+from gazechair.driving.error_handler import CAMERA_FLOOR, FIRST_DRIVE, FORWARD
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.first_drive.floor_marks import FloorMarks
@@ -101,6 +101,8 @@ class Daemon:
         store = MapStore(maps)
         self._maps = MapDesk(store, self._mapping)
         self._pictures = PictureSlot()
+        pictured = config.camera.kind != "off"
+        self._floor = FloorStore(folder, self.parts.part(CAMERA_FLOOR) if pictured else None)
         self._producers = Producers(self._driving_itself(fitted, store, profiles, folder))
         self._assist = AssistService(
             fitted,
@@ -163,14 +165,14 @@ class Daemon:
     def _lead(self, folder: Path, profiles: Profiles, record: Record) -> None:
         """The first drive."""
         config = self._config
-        odometry, forward = self._odometry, ForwardStore(folder)
+        odometry, forward = self._odometry, ForwardStore(folder, self.parts.part(FORWARD))
         self._guide = Guide(
             *(config, self.link, self.parts, self.control, profiles, record, self._remask),
             measured=None if odometry is None else odometry.latest.entry,
             keep=forward.keep,
             marks=None
             if config.camera.kind == "off"
-            else FloorMarks(FloorStore(folder), self._newest_jpeg),
+            else FloorMarks(self._floor, self._newest_jpeg),
             step_ms=forward.step_ms,
         )
 
@@ -281,7 +283,7 @@ class Daemon:
         if self._mapping is None:
             return []
         setup = child_setup(self._config.footprint, store.folder, state)
-        floor = FloorStore(state)
+        floor = self._floor
 
         def allowed() -> bool:
             return bool(profiles.chosen()["auto"])

@@ -26,6 +26,8 @@ from gazemeasure.turn.tuning import truth
 from gazesim.floor_view import Eye, Floor, FloorView
 from gazesim.profiles import undisturbed
 
+pytestmark = pytest.mark.costly
+
 
 def done(rig: FirstDriveRig) -> list[str]:
     return [step for step, row in rig.rows().items() if row["done"]]

@@ -11,6 +11,8 @@ from firstdriverig import FirstDriveRig
 from gazelink import codes
 from gazesim.lockstep_page import Page
 
+pytestmark = pytest.mark.costly
+
 
 @pytest.fixture
 def rig() -> FirstDriveRig:

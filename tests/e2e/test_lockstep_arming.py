@@ -13,6 +13,8 @@ from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept
 
+pytestmark = pytest.mark.costly
+
 
 def asked(chair: Lockstep, reason: str) -> None:
     """Not armed when asked, and the page is told why."""

@@ -12,6 +12,8 @@ from gazesim.lockstep_chair import Lockstep
 from gazesim.lockstep_page import Page
 from promises import END_TO_END, kept, measured
 
+pytestmark = pytest.mark.costly
+
 MODE = "go"
 SUPERVISION_MS = 3000  # the setting
 PAGE_MS = 20  # from a page to the wheels, in an idle network

@@ -10,6 +10,8 @@ from gazesim.chair_rig import NEUTRAL
 from gazesim.lockstep_chair import Lockstep
 from gazesim.lockstep_page import Page
 
+pytestmark = pytest.mark.costly
+
 
 class Caretaker:
     """A second page at the same chair, with a stick."""

@@ -8,6 +8,8 @@ from gazechair.base.health import DEGRADED, LOST
 from gazechair.base.reasons import DRIVES, REASONS
 from gazesim.lockstep_chair import Lockstep
 
+pytestmark = pytest.mark.costly
+
 
 @pytest.mark.parametrize(
     ("part", "state", "reason", "shown"),

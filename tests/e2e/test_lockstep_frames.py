@@ -15,6 +15,8 @@ from gazesim.lockstep_host import Host
 from gazesim.small_host import clearance
 from promises import END_TO_END, kept, measured
 
+pytestmark = pytest.mark.costly
+
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("share", [0.1, 0.6, 1.0])

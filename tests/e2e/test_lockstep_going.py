@@ -13,6 +13,8 @@ from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.lockstep_page import Page
 from promises import END_TO_END, measured
 
+pytestmark = pytest.mark.costly
+
 KITCHEN, BED = (0.9, 0.1, 10.0), (1.0, -0.3, -10.0)
 PATH_MS = 60  # of a page's word: network, host and cable
 PAGE_MS = 20  # from a page to the wheels, in an idle network

@@ -10,6 +10,8 @@ from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept, measured
 
+pytestmark = pytest.mark.costly
+
 HEADING_FAULTS = {
     "imu_freeze": "heading frozen",
     "imu_nak": "heading sensor answers nothing",

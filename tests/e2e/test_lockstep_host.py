@@ -10,6 +10,8 @@ from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, measured
 
+pytestmark = pytest.mark.costly
+
 PHASES_MS = (0, 6, 13, 19)  # of the 20 ms in which the host repeats a command
 
 

@@ -12,6 +12,8 @@ from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept, measured
 
+pytestmark = pytest.mark.costly
+
 RELAY_MS = 20
 WIPER_FAULTS = {
     "wiper_nak": "potentiometer answers nothing",

@@ -19,6 +19,8 @@ from gazesim.lockstep_page import Page
 from gazesim.rooms import Person
 from promises import END_TO_END, measured
 
+pytestmark = pytest.mark.costly
+
 TAPE = np.array([(0.8, 0.0), (2.2, 0.0), *((2.2 + 0.1 * k, 0.0035 * k * k) for k in range(1, 9))])
 FRONT_M = 0.65
 PATH_MS, PAGE_MS = 60, 20

@@ -17,6 +17,8 @@ from gazesim.floor_view import Floor
 from gazesim.rooms import Room
 from promises import END_TO_END, measured
 
+pytestmark = pytest.mark.costly
+
 SPOT = (1.5, 0.35)
 HALL = Room("hall", ((-3, -3, 5, -3), (5, -3, 5, 3), (5, 3, -3, 3), (-3, 3, -3, -3)))
 VAST = Room(

@@ -12,6 +12,8 @@ from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, measured
 
+pytestmark = pytest.mark.costly
+
 # Before, to the left, to the right of the lidar, near enough for the sector and for nothing else.
 PLACES = {
     "forward": {"ahead_m": 0.75, "left_m": 0.0, "size_m": 0.2},

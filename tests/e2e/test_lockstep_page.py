@@ -12,6 +12,8 @@ from gazesim.lockstep_chair import Lockstep
 from gazesim.lockstep_page import Page
 from promises import END_TO_END, kept, measured
 
+pytestmark = pytest.mark.costly
+
 VERBS = ("forward", "left")
 
 

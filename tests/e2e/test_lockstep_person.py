@@ -17,6 +17,8 @@ from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.gaits import PLAIN, Actor
 from gazesim.rooms import Person
 
+pytestmark = pytest.mark.costly
+
 FRONT_M = 0.65
 PATH_MS = 60  # of a page's word: network, host and cable
 STEP_MS = 50

@@ -12,6 +12,8 @@ from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept, measured
 
+pytestmark = pytest.mark.costly
+
 in_every_state = pytest.mark.parametrize("enter", states.STATES, ids=lambda s: s.__name__)
 RELAY_MS = 20
 

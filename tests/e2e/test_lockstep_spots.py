@@ -13,6 +13,8 @@ from e2e.test_lockstep_look import OnFloor
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazesim.lockstep_page import Page
 
+pytestmark = pytest.mark.costly
+
 SPOT = (1.7, 0.0)
 PATH_MS = 60
 

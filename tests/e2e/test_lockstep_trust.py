@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
+
 from e2e import states
 from gazeboard.core import limits
 from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept
+
+pytestmark = pytest.mark.costly
 
 STANDS_MS = 2500 + limits.TRUST_STANDING_MS
 

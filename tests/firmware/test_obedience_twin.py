@@ -15,6 +15,8 @@ from gazelink.settings_table import PROFILES
 from gazesim.chair import Chair
 from gazesim.profiles import Parameters, least_sticky, random_chair
 
+pytestmark = pytest.mark.costly
+
 DT_S = 0.01
 SECONDS = 400
 LASTS_S = (0.02, 0.1, 0.3, 1.0, 2.0, 4.0, 8.0)

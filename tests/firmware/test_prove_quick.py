@@ -6,7 +6,16 @@ import sys
 import pytest
 
 import gazesetup
-from gazeprove import equivalents, kill, modules, mutate, part_long, run_tests, statements
+from gazeprove import (
+    equivalents,
+    kill,
+    modules,
+    mutate,
+    part_costly,
+    part_long,
+    run_tests,
+    statements,
+)
 from gazeprove.inputs import Choices
 from gazeprove.parts import PARTS as ALL
 
@@ -15,9 +24,10 @@ LIMIT_S = 600
 
 PARTS = (("enumeration", "everything at once", "decisions"), ("fuzz",))
 # Of these a sample takes as long as all other tests of the prover: what the record says counts.
-RECORDED = ("coverage", "mutation", "planted", *part_long.begins())
+RECORDED = ("coverage", "mutation", "planted", *part_long.begins(), part_costly.NAME)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("parts", PARTS, ids=lambda parts: parts[0])
 def test_the_quick_proof_holds(parts: tuple[str, ...]) -> None:
     """Nothing falls short in these parts."""

@@ -18,7 +18,7 @@ from gazesim.board_rig import Rig
 from promises import CORE, kept
 
 # Minutes of the board's life are kept for all of them, by one process.
-pytestmark = pytest.mark.xdist_group("replay")
+pytestmark = [pytest.mark.xdist_group("replay"), pytest.mark.costly]
 
 ROUND_MS = 65536
 DRIVE_MS = 3500

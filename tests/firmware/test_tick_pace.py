@@ -17,6 +17,8 @@ from gazelink import codes
 from gazesim.board_rig import Rig
 from promises import CORE, kept
 
+pytestmark = pytest.mark.costly
+
 QUANTUM_US = 250
 WRAP_US = 1 << 30
 PERIODS_US = (

@@ -108,7 +108,7 @@ def test_run_serves_without_any_device_and_ends_cleanly(tmp_path: Path, number: 
         )
         with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
             health = json.load(answer)
-        stores = {"speed_cap", "first_drive", "profiles", "devices"}
+        stores = {"speed_cap", "first_drive", "profiles", "devices", "alert_diary", "forward"}
         assert set(health) == {"board", "lidar", "camera", "log", "host", *stores}
         process.send_signal(number)
         assert process.wait(PATIENCE_S) == 0
@@ -247,6 +247,21 @@ def test_the_doctor_tries_to_write_state_and_log(
     file.write_text(f'[web]\nstate_folder = "{file}"\n')
     finding = found(doctor.examine(file), "state folder")
     assert (finding.level, finding.found) == (FAIL, f"nothing is kept: {file}: Not a directory")
+
+
+def test_the_doctor_names_damaged_files_and_changes_none(
+    devices: dict[str, HealthState], tmp_path: Path
+) -> None:
+    file, state = tmp_path / "chair.toml", tmp_path / "state"
+    file.write_text(f'[web]\nstate_folder = "{state}"\n')
+    state.mkdir()
+    names = ["alerts.jsonl", "camera_floor.json", "forward.json", "paired.jsonl"]
+    names += ["profiles.json", "speed_cap"]
+    for name in names:
+        (state / name).write_bytes(b"\xff\n")
+    told = [one for one in doctor.examine(file) if one.what == "state folder" and one.level == WARN]
+    assert sorted(Path(one.found.partition(":")[0]).name for one in told) == names
+    assert sorted(one.name for one in state.iterdir()) == names
 
 
 def test_the_doctor_says_that_the_disk_is_full(

@@ -152,6 +152,25 @@ def test_the_version_before_runs_again(machine: Machine) -> None:
     assert (first.parent / "current").resolve() == first
 
 
+def test_a_change_that_a_power_cut_interrupted_is_told_with_the_versions_there_are(
+    machine: Machine,
+) -> None:
+    machine.install()
+    home = machine.version.parent
+    machine.upgrade("2.0")
+    before = home / "before"
+    before.unlink()
+    before.symlink_to("2.0")  # the first of the two links that `back` replaces
+    said = machine.change("back")
+    assert said.stdout.splitlines() == [
+        "gazechair runs version 2.0 already; there are:",
+        "1.0",
+        "2.0",
+    ]
+    assert machine.change("use", "1.0").stdout == "gazechair runs version 1.0 now\n"
+    assert (home / "current").resolve() == home / "1.0"
+
+
 @pytest.mark.parametrize("words", [("back",), ("use", "1.0")])
 def test_the_service_restarts_with_the_version_that_is_told(
     machine: Machine, words: tuple[str, ...]

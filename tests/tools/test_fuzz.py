@@ -10,6 +10,8 @@ from gazeprove.fuzz_facts import Violation
 from gazeprove.fuzz_host import Reader
 from gazeprove.fuzz_life import Life
 
+pytestmark = pytest.mark.costly
+
 SEED = 1
 
 

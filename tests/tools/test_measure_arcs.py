@@ -28,6 +28,8 @@ from gazemeasure.turn.board import settings_with
 from gazesim.chair import HALF_WIDTH_M
 from gazesim.rooms import Room, box
 
+pytestmark = pytest.mark.costly
+
 
 def settings_of(profile: str):
     return settings_with({"profile": PROFILES.index(profile)})

@@ -29,6 +29,8 @@ from gazemeasure.report import Report
 from gazemeasure.turn.board import settings_with
 from goingrig import numbers
 
+pytestmark = pytest.mark.costly
+
 
 def test_a_mission_is_judged_by_the_truth() -> None:
     found = mission(Job(DOORS, 2))

@@ -39,6 +39,8 @@ from gazesim.home_drive import FRONT, REAR
 from gazesim.homes import Home
 from gazesim.rooms import box
 
+pytestmark = pytest.mark.costly
+
 AHEAD = Way(np.array([(0.0, 0.0), (2.0, 0.0)]), None)
 BACK = Way(np.array([(0.0, 0.0), (-1.0, 0.0), (-1.0, 2.0)]), None, backward=True)
 TURN = Way(np.array([(0.0, 0.0), (0.01, 0.0)]), math.pi / 2)

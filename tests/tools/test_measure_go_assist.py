@@ -3,8 +3,12 @@
 import math
 from itertools import pairwise
 
+import pytest
+
 from gazemeasure.go.assist import BARE, HELPED, Outcome, Run, add_rows, cluttered, door
 from gazemeasure.report import Report
+
+pytestmark = pytest.mark.costly
 
 
 def test_a_door_beside_the_way_is_passed_with_assist_in_few_commands():

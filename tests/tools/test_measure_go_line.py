@@ -12,6 +12,8 @@ from gazemeasure.go import line as go_line
 from gazemeasure.go.line import Driven, Job, add_drives, add_lost, drive
 from gazemeasure.report import Report
 
+pytestmark = pytest.mark.costly
+
 GOOD = Driven("", 1, State.ENDED, 1.0, 0.02, 1.0, 0.05, 0.0, 0.0, 0.3, 0.0)
 CUT = replace(GOOD, state=State.LOST, lost_s=0.3, rolled_m=0.2, cut_m_s=0.3)
 

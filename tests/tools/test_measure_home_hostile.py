@@ -19,6 +19,8 @@ from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR, Drive
 from gazesim.homes import GLASS, MIRROR
 
+pytestmark = pytest.mark.costly
+
 
 def test_every_room_gets_a_mirror_or_a_pane() -> None:
     home = home_plans.home(2)

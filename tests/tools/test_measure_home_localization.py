@@ -15,6 +15,8 @@ from gazemeasure.home.localization import Counted
 from gazemeasure.report import Report
 from gazesim import home_plans
 
+pytestmark = pytest.mark.costly
+
 POSE = np.array((3.0, -1.0, 2.0))
 
 

@@ -15,6 +15,8 @@ from gazemeasure.report import Report
 from gazesim import home_plans
 from gazesim.home_routes import Router
 
+pytestmark = pytest.mark.costly
+
 
 def test_moved_furniture_is_taken_over_and_a_crowd_leaves_nothing(
     monkeypatch: pytest.MonkeyPatch,

@@ -11,6 +11,8 @@ from gazemeasure.obstacles.run import NONE, OURS, PROTOTYPE, Run
 from gazesim.random_rooms import Task, Walker, door_task, wall_task
 from gazesim.rooms import Room, box
 
+pytestmark = pytest.mark.costly
+
 HALL = ((-5.0, -5.0, 5.0, -5.0), (5, -5, 5, 5), (5, 5, -5, 5), (-5, 5, -5, -5))
 
 

@@ -18,6 +18,8 @@ from gazemeasure.turn.model import Case, Model, Switches, outcome
 from gazesim.chair import Chair
 from gazesim.profiles import Parameters, random_chair, undisturbed
 
+pytestmark = pytest.mark.costly
+
 
 def slow(parameters: Parameters) -> Parameters:
     """That chair with more dead time and lag."""

@@ -25,7 +25,7 @@ from gazereplay.result import NoTrace, Result
 from tracedchair import TracedChair, drive, faults, restart
 
 # What it is made of takes longer than the tests: one process makes it.
-pytestmark = pytest.mark.xdist_group("replay_board")
+pytestmark = [pytest.mark.xdist_group("replay_board"), pytest.mark.costly]
 
 
 @pytest.fixture(scope="module")

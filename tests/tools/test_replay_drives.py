@@ -27,7 +27,7 @@ from gazesim.lockstep_page import Page
 from recordedchair import RecordedChair
 
 # What it is made of takes longer than the tests: one process makes it.
-pytestmark = pytest.mark.xdist_group("replay_drives")
+pytestmark = [pytest.mark.xdist_group("replay_drives"), pytest.mark.costly]
 
 
 def tour(chair: RecordedChair) -> None:

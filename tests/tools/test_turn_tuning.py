@@ -14,6 +14,8 @@ from gazemeasure.turn.tuning import truth
 from gazesim.pot import deflection
 from gazesim.profiles import undisturbed
 
+pytestmark = pytest.mark.costly
+
 
 def test_the_dead_time_found_is_the_chairs_and_the_sensors() -> None:
     """A pulse that always began right after a sample made it 6 ms short: turns went too far."""

@@ -19,6 +19,7 @@ from gazechair.plugins.found import GROUPS
 from gazechair.plugins.service import MISSING
 from gazechair.producers import tiles
 from gazechair.sensing.mapping import making
+from gazechair.sensing.mapping.making import ASKEW, BROKEN, FULL, SILENT
 from gazechair.sensing.mapping.stored import places
 from gazechair.web.minify import minified
 from gazelink import codes
@@ -111,7 +112,7 @@ def test_everything_about_maps_has_words():
     assert set(words["labels"]) == named | built | {"map_damaged"}
     sources = "".join(path.read_text("utf-8") for path in MAPPING.rglob("*.py"))
     reasons = set(re.findall(r'"(map_\w+)"', sources)) | {"maps_stored"}
-    doubts = {f"map_{doubt}" for doubt in (making.BROKEN, making.FULL, making.SILENT)}
+    doubts = {f"map_{doubt}" for doubt in (ASKEW, BROKEN, FULL, SILENT)}
     assert not reasons & doubts  # a refusal's text is no advice for who makes a map
     reasons |= doubts
     assert reasons - {"map_starting", "map_unknown", "map_twins", "map_lost"} == set(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from gazeprove import part_core, part_fuzz, part_long, part_tests
+from gazeprove import part_core, part_costly, part_fuzz, part_long, part_tests
 from gazeprove.pools import Note, Part
 
 PARTS: dict[str, Callable[[bool, Note], Part]] = {
@@ -20,4 +20,5 @@ PARTS: dict[str, Callable[[bool, Note], Part]] = {
     "emulated": part_long.emulated,
     "longest": part_long.longest,
     "promises": part_long.promises,
+    part_costly.NAME: part_costly.costly,
 }

@@ -254,6 +254,7 @@ class Book:
     def _continue(
         self, alert: Alert, before: Mapping[str, Any], now_s: float, wall_s: float
     ) -> None:
+        alert.since = min(alert.since, wall_s)  # the clock was ahead: it counts from now on
         for route in self._routes.values():
             if alert.kind not in route.kinds:
                 continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import threading
 import time
 from typing import Any
@@ -60,7 +61,8 @@ def _test(options: argparse.Namespace) -> int:
 
 def _list(options: argparse.Namespace) -> int:
     config = configuration.load(options.config)
-    for row in Diary(state_folder(config.web.state_folder)).read():
+    diary = Diary(state_folder(config.web.state_folder))
+    for row in diary.read():
         alert = alert_of(row)
         if alert is None:
             continue
@@ -70,4 +72,6 @@ def _list(options: argparse.Namespace) -> int:
         print(f"{when}  {said}, {alert.count}x, {alert.state}{by}")
         for name, one in row["deliveries"].items():
             print(f"    {name}: {one.get('state')} {one.get('detail', '')}".rstrip())
+    if diary.problem:
+        print(f"gazechair: {diary.problem}", file=sys.stderr)
     return 0

@@ -3,30 +3,34 @@
 from __future__ import annotations
 
 import json
-import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from gazechair.alerts.book import OVER
+from gazechair.base import health as states
 from gazechair.base import json_text
-from gazechair.base.state_folder import replace_file, set_aside
-from gazechair.base.throttled_log import ThrottledLog
+from gazechair.base.health import Health
+from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT, replace_file
 
 FILE_NAME = "alerts.jsonl"
+PART = "alert_diary"  # of the host's health
 MOST_BYTES = 100_000
-
-log = logging.getLogger(__name__)
 
 
 class Diary:
     """One line of JSON for each alert, oldest first."""
 
-    def __init__(self, folder: Path) -> None:
-        """`folder`: the state folder."""
+    def __init__(self, folder: Path, health: Health | None = None) -> None:
+        """`folder`: the state folder; `health`: degraded while the file cannot be used."""
         self._path = folder / FILE_NAME
-        self._throttled = ThrottledLog(log)
+        self._health = health or Health(PART)
         self._damaged = False
+
+    @property
+    def problem(self) -> str:
+        """Which alerts are not known, or not kept, in one line; "" when all are."""
+        return self._health.detail
 
     def read(self) -> list[dict[str, Any]]:
         """Every alert that can be read."""
@@ -35,22 +39,22 @@ class Diary:
             with self._path.open(encoding="utf-8-sig", errors="replace", newline="\n") as file:
                 lines = list(file)
         except FileNotFoundError:
-            return []
+            lines = []
         except OSError as error:
-            self._throttled.warn("%s: cannot be read (%s)", self._path, error.strerror)
-            self._damaged = True
+            self._tell_damage(f"cannot be read ({error.strerror})")
             return []
         found = []
-        for number, line in enumerate(lines, 1):
+        for line in lines:
             try:
                 row = json_text.parse(line)
             except ValueError:
                 row = None
             if isinstance(row, dict):
                 found.append(row)
-            else:
-                self._damaged = True
-                self._throttled.warn("%s:%d is damaged; left out", self._path, number)
+        if len(found) < len(lines):
+            self._tell_damage(f"{len(lines) - len(found)} damaged lines are left out")
+        else:
+            self._health.set(states.OK)
         return found
 
     def write(self, rows: Iterable[Mapping[str, Any]]) -> bool:
@@ -64,14 +68,18 @@ class Diary:
             first = next((at for at, (_, over) in enumerate(kept) if over), 0)
             size -= len(kept.pop(first)[0])
         try:
-            if self._damaged:
-                set_aside(self._path)
-                self._damaged = False
-            replace_file(self._path, b"".join(line for line, _ in kept))
+            replace_file(self._path, b"".join(line for line, _ in kept), damaged=self._damaged)
         except OSError as error:
-            self._throttled.warn("%s: %s; alerts are not kept", self._path, error.strerror)
+            detail = f"{self._path}: {error.strerror}; alerts are not kept"
+            self._health.set(states.DEGRADED, NOT_KEPT, detail)
             return False
+        self._damaged = False
+        self._health.set(states.OK)
         return True
+
+    def _tell_damage(self, what: str) -> None:
+        self._damaged = True
+        self._health.set(states.DEGRADED, FILE_DAMAGED, f"{self._path}: {what}")
 
 
 def _line(row: Mapping[str, Any]) -> bytes:

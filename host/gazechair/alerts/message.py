@@ -21,9 +21,11 @@ class Message:
 
 
 def message_of(alert: Alert, driver: str, language: str) -> Message:
-    """The message about `alert` for the driver named `driver`."""
+    """The message about `alert` for the driver named `driver`, "" for none."""
     lines = [f"{driver}: {alert.sentence}"] if alert.sentence else []
     lines += [alert.detail[:_DETAIL]] if alert.detail else []
     lines.append(sentence(language, REASONS[alert.key].who))
-    lines.append(time.strftime("%Y-%m-%d %H:%M", time.localtime(alert.at)))
+    when = time.strftime("%Y-%m-%d %H:%M", time.localtime(alert.at))
+    # The name without a sentence, too: a helper may know more than one chair.
+    lines.append(f"{driver}, {when}" if driver and not alert.sentence else when)
     return Message(f"gazechair: {sentence(language, alert.key)}", "\n".join(lines))

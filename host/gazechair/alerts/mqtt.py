@@ -5,11 +5,15 @@ One thread calls everything here, except paho's callbacks, which only record wha
 
 from __future__ import annotations
 
+import hashlib
 import json
+import platform
+import re
 import ssl
 import sys
 import time
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
@@ -20,6 +24,7 @@ NO_ADDRESS = "alerts.mqtt is no address of a broker"
 HEARTBEAT_S = 30.0
 EXPIRES_S = 90  # Home Assistant calls the chair unavailable then
 HOST_SILENT_S = 15.0  # a host that is silent for longer counts as dead
+_MACHINE = Path("/etc/machine-id")
 _KEEPALIVE_S = 20
 _ANSWER_S = 5.0
 _NOT_YET = "not connected yet"
@@ -63,11 +68,13 @@ class Broker:
             for topic, entity in discovery(self._node, BATTERY in self._state).items():
                 self._client.publish(topic, json.dumps(entity), qos=1, retain=True)
         online = now_s - self._heard_s < HOST_SILENT_S
-        if online != self._online:
+        due = online and (not self._sent_s or now_s - self._sent_s >= HEARTBEAT_S)
+        # With each state: somebody else's word, or a last will that came late, would stay for ever.
+        if online != self._online or due:
             self._online = online
             word = "online" if online else "offline"
             self._client.publish(_topic(self._node, "availability"), word, qos=1, retain=True)
-        if online and (not self._sent_s or now_s - self._sent_s >= HEARTBEAT_S):
+        if due:
             self._sent_s = now_s
             self._client.publish(_topic(self._node, "state"), json.dumps(self._state), qos=1)
 
@@ -156,13 +163,33 @@ def try_broker(url: str) -> str:
     return answers[0] if answers else _unanswered(ended and paho.error_string(ended))
 
 
+def node(name: str = "", machine: Path = _MACHINE) -> str:
+    """The chair's name at the broker: the computer's, "": this one's, and eight characters.
+
+    With these, chairs whose computers have the same name do not speak for each other. Each letter
+    may be in a topic of Home Assistant's discovery.
+    """
+    try:
+        identity = machine.read_text().strip()
+    except (OSError, ValueError):
+        identity = ""
+    # machine-id(5): nobody else may learn it.
+    own = hashlib.sha256(f"gazechair {identity}".encode()).hexdigest()[:8] if identity else ""
+    readable = re.sub(r"\W", "_", name or platform.node(), flags=re.ASCII)
+    return "_".join(filter(None, (readable, own))) or "chair"
+
+
 def _topic(node: str, what: str) -> str:
     return f"gazechair/{node}/{what}"
 
 
 def discovery(node: str, battery: bool) -> dict[str, dict[str, Any]]:
     """Home Assistant's discovery messages: {topic: entity}; `battery`: the computer has one."""
-    device = {"identifiers": [f"gazechair_{node}"], "name": "gazechair", "model": "gazechair"}
+    device = {
+        "identifiers": [f"gazechair_{node}"],
+        "name": f"gazechair {node}",
+        "model": "gazechair",
+    }
     found = {}
     entities: list[tuple[str, str, str, dict[str, Any]]] = [
         ("binary_sensor", "help", "Help wanted", {"device_class": "problem"}),

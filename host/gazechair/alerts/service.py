@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import logging
-import platform
-import re
 import secrets
 import threading
 import time
@@ -14,6 +12,7 @@ from typing import Any, Protocol
 
 from gazechair.alerts import apprise_route, mqtt
 from gazechair.alerts.book import ACKNOWLEDGED, OPEN, OVER, SENT, Alert, Book, Route
+from gazechair.alerts.diary import PART as DIARY
 from gazechair.alerts.diary import Diary
 from gazechair.alerts.message import message_of
 from gazechair.alerts.reasons import HELP, HELP_WANTED, KINDS, PART, TEST, TRIED
@@ -62,7 +61,7 @@ class Alerts:
         self._clock = clock
         self._wall = wall
         self._lock = threading.Lock()
-        self._diary = Diary(folder)
+        self._diary = Diary(folder, parts.part(DIARY))
         routes = [Route(one.name, one.after_s, one.kinds) for one in config.routes]
         self._book = Book(routes)
         self._before = secrets.randbelow(1 << 30)  # a page that knew an earlier host reloads
@@ -80,7 +79,7 @@ class Alerts:
         self._failing: set[str] = set()
         self._missing = False  # Apprise, as far as is known
         self._broker = config.alerts.mqtt
-        self._node = re.sub(r"\W", "_", platform.node()) or "chair"
+        self._node = mqtt.node()
         self._told: dict[str, str] = {}
         self._told_s = 0.0
         self._charge: int | None = None

@@ -98,6 +98,7 @@ class LogWriter:
         self._schemas: dict[str, Schema] = {}
         self._offset_ns = 0  # from the monotonic to the wall clock
         self._begun_ns = 0
+        self._synced = False
         self._next_set_ns = 0
         self.path: Path | None = None
 
@@ -106,7 +107,7 @@ class LogWriter:
         if self._writer is None:
             self._open()
         wall_ns = self._stamp_ns(at_ns)
-        for topic, name, message in topics.said(kind, wall_ns, payload):
+        for topic, name, message in topics.said(kind, min(wall_ns, _LATEST_NS), payload):
             self._say(wall_ns, topic, name, ros.DEFINITIONS[name], message)
 
     def publish(
@@ -118,7 +119,7 @@ class LogWriter:
         self._say(self._stamp_ns(at_ns), topic, name, definition, message)
 
     def _stamp_ns(self, at_ns: int) -> int:
-        return min(max(0, at_ns + self._offset_ns), _LATEST_NS)
+        return max(0, at_ns + self._offset_ns)
 
     def _say(
         self, wall_ns: int, topic: str, name: str, definition: str, message: dict[str, Any]
@@ -135,6 +136,7 @@ class LogWriter:
             self._writer._writer.flush()  # the chunk: mcap_ros2 itself has no flush
             self._file.flush()
             os.fsync(self._file.fileno())
+            self._synced = True
             now_ns = self._monotonic_ns()
             old = (now_ns - self._begun_ns) / 1e9 > FILE_S
             full = self._file.tell() > self._max_bytes // _FILES
@@ -147,8 +149,9 @@ class LogWriter:
         self._trim()
 
     def close(self) -> None:
-        """Finish the file; if the write fails, the file stays truncated."""
-        file, writer = self._file, self._writer
+        """Finish the file; if the write fails, the file stays truncated, and one of which nothing
+        ever reached the disk goes: in time such files would count as too many."""
+        file, writer, path = self._file, self._writer, self.path
         self._file = self._writer = self.path = None
         self._schemas = {}
         if file is None:
@@ -159,6 +162,9 @@ class LogWriter:
             os.fsync(file.fileno())
         except OSError as error:
             log.warning("the log's file has no end: %s", error)
+            if path is not None and not self._synced:
+                with contextlib.suppress(OSError):
+                    path.unlink()
         with contextlib.suppress(OSError):
             file.close()
 
@@ -174,7 +180,7 @@ class LogWriter:
         self._file = os.fdopen(
             os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb"
         )
-        self._begun_ns = self._monotonic_ns()
+        self._begun_ns, self._synced = self._monotonic_ns(), False
         self._offset_ns = self._wall_ns() - self._begun_ns
         self._writer = Writer(self._file)
 

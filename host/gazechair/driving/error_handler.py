@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from gazechair.alerts.diary import PART as DIARY
 from gazechair.base.health import HealthState
 from gazechair.base.reasons import (
     CARETAKER,
@@ -19,7 +20,7 @@ from gazechair.base.reasons import (
     Part,
     Reason,
 )
-from gazechair.base.state_folder import FILE_DAMAGED
+from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT
 from gazechair.board.state import BoardState
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP
 from gazechair.people.pairing.store import DAMAGED
@@ -29,16 +30,19 @@ from gazelink import codes
 
 LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
 
-FIRST_DRIVE = "first_drive"
-"""Part of the host's health: the file with the results of the first drive."""
+FIRST_DRIVE, FORWARD, CAMERA_FLOOR = "first_drive", "forward", "camera_floor"
+"""Parts of the host's health: files with results of the first drive, of tuning, of calibration."""
 
-# Files of what caretakers do: no sources that can fall silent, as PARTS are.
-_FILE = Part(math.inf, {DEGRADED: codes.WARNING, LOST: codes.WARNING}, caretaker_only=True)
-_SHOWN = {**PARTS, **dict.fromkeys((SPEED_CAP, FIRST_DRIVE, PROFILES, DEVICES), _FILE)}
+# Files of what caretakers do are no sources that can fall silent, as PARTS are. A page shows which
+# routes fail, but neither that the broker gets nothing nor that the process that sends is lost.
+_CARE = Part(math.inf, {DEGRADED: codes.WARNING, LOST: codes.WARNING}, caretaker_only=True)
+_FILES = (SPEED_CAP, FIRST_DRIVE, PROFILES, DEVICES, DIARY, FORWARD, CAMERA_FLOOR)
+_SHOWN = {**PARTS, **dict.fromkeys((*_FILES, "alerts"), _CARE)}
 
 FILE_REASONS: Mapping[str, Reason] = {
     FILE_DAMAGED: Reason(codes.WARNING, CARETAKER, DRIVES),
     DAMAGED: Reason(codes.WARNING, CARETAKER, STANDS),
+    NOT_KEPT: Reason(codes.WARNING, CARETAKER, DRIVES),
 }
 """Rows like those of REASONS, of these files."""
 

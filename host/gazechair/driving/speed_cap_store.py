@@ -7,12 +7,11 @@ from pathlib import Path
 
 from gazechair.base import health as states
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file
+from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT, replace_file
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 
 FILE_NAME = "speed_cap"
 PART = "speed_cap"  # of the host's health
-NOT_STORED = "setting_not_stored"
 _NONE = 1000
 _WRITE_AGAIN_S = 10.0
 _LAST_WRITE_S = 2.0
@@ -78,7 +77,7 @@ class SpeedCapStore:
             with self._lock:
                 self._newest = permille if self._newest is None else self._newest
             detail = f"{self._path}: {error.strerror}; the speed cap ends with this host"
-            self._health.set(states.DEGRADED, NOT_STORED, detail)
+            self._health.set(states.DEGRADED, NOT_KEPT, detail)
         else:
             self._health.set(states.OK)
 

@@ -6,9 +6,9 @@ that another pose, profile or neutral makes its step "not done" again.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import sys
+import threading
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -16,14 +16,14 @@ from typing import Any
 from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file, set_aside
+from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT, replace_file
 from gazechair.config.rules import Arc, arcs
 from gazechair.config.settings import LidarConfig
 from gazechair.driving.error_handler import FIRST_DRIVE
-from gazechair.driving.speed_cap_store import NOT_STORED
 from gazechair.sensing.lidar.mask import MOST_DEG
 
 FILE_NAME = "first_drive.json"
+_WRITE_AGAIN_S = 10.0
 
 _ARCS = arcs(MOST_DEG)  # as the configuration's
 
@@ -37,6 +37,8 @@ class Record:
         self._health.set(states.OK)
         self._path = None if folder is None else folder / FILE_NAME
         self._found: dict[str, Any] = {}
+        self._damaged = False
+        self._writing = threading.Lock()
         if self._path is not None:
             try:
                 found = dict(json_text.parse(self._path.read_text(encoding="utf-8")))
@@ -46,23 +48,30 @@ class Record:
             except (OSError, ValueError, TypeError) as error:
                 detail = f"{self._path}: {error}; the first drive begins anew"
                 self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
-                with contextlib.suppress(OSError):
-                    set_aside(self._path)
+                self._damaged = True
 
     def get(self, step: str) -> Any:
         """The result of `step`; None: none yet."""
         return self._found.get(step)
 
     def keep(self, step: str, found: Any) -> None:
-        """Store it; without a write that works the result lasts until the host ends."""
+        """Store it; what the disk does not take counts all the same, and is tried again."""
         self._found = {**self._found, step: found}
-        if self._path is None:
-            return
+        if self._path is not None:
+            self._write(self._path)
+
+    def _write(self, path: Path) -> None:
         try:
-            replace_file(self._path, json.dumps(self._found, indent=1).encode())
+            with self._writing:
+                content = json.dumps(self._found, indent=1).encode()
+                replace_file(path, content, damaged=self._damaged)
+                self._damaged = False
         except OSError as error:
-            detail = f"{self._path}: {error.strerror}; what was found ends with this host"
-            self._health.set(states.DEGRADED, NOT_STORED, detail)
+            detail = f"{path}: {error.strerror}; what was found ends with this host"
+            self._health.set(states.DEGRADED, NOT_KEPT, detail)
+            again = threading.Timer(_WRITE_AGAIN_S, self._write, (path,))
+            again.daemon = True
+            again.start()
         else:
             self._health.set(states.OK)
 

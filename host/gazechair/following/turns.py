@@ -16,7 +16,7 @@ from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import from_frame, to_frame
 from gazechair.following.legs import Scan
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.odometry.points import Piece, taken_for
 
 _SAME_S = 1e-4
 _TURN_S, _SOON_S = 0.1, 0.09  # length of a turn; least time between two results
@@ -48,19 +48,15 @@ class Turns:
             self._foremost = piece
             self._waiting.clear()
             self._parts.clear()
-        if piece.lidar == self._foremost.lidar:
-            self._waiting.append(piece)
+        self._waiting.append(piece)
         while self._waiting and self._waiting[0].middle_s < piece.middle_s - _KEPT_S:
             self._waiting.popleft()
 
     def estimate(self, estimate: Estimate) -> Turn | None:
         """Take an estimate; returns the last whole turn, 10 times a second, else None."""
-        waiting = self._waiting
-        while waiting and waiting[0].middle_s < estimate.time_s - _SAME_S:
-            waiting.popleft()
-        if not waiting or waiting[0].middle_s > estimate.time_s + _SAME_S:
+        piece, foremost = taken_for(self._waiting, estimate.time_s), self._foremost
+        if piece is None or foremost is None or piece.lidar != foremost.lidar:
             return None
-        piece = waiting.popleft()
         if self._parts and self._parts[-1][1].track != estimate.track:
             self._parts.clear()
         self._parts.append((piece, estimate))

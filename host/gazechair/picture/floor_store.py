@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-import logging
 import math
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
+from gazechair.base import health as states
 from gazechair.base import json_text
-from gazechair.base.state_folder import replace_file
+from gazechair.base.health import Health
+from gazechair.base.state_folder import FILE_DAMAGED, replace_file
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_calibration import RESIDUAL_M, SIGMA_M, Calibration
 
@@ -19,16 +20,17 @@ _NAMES = tuple(field.name for field in fields(FloorCamera))
 _PIXELS = ("width_px", "height_px")
 _DAMAGE = OSError, ValueError, TypeError, KeyError, OverflowError
 
-log = logging.getLogger(__name__)
-
 
 class FloorStore:
     """A file in the state folder. A damaged one counts as not calibrated."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, health: Health | None = None) -> None:
+        """`folder`: the state folder; `health`: degraded while the file is damaged."""
         self._path = folder / FILE_NAME
+        self._health = health or Health(FILE_NAME)
         self._seen: tuple[int, int] | None = None
         self._known: Calibration | None = None
+        self.get()
 
     def keep(self, calibration: Calibration) -> None:
         """Replace the older one. Raises OSError."""
@@ -38,8 +40,13 @@ class FloorStore:
         """The newest; None: the camera is not calibrated. Reads the file only after a change."""
         try:
             status = self._path.stat()
-        except OSError:
+        except FileNotFoundError:
             self._seen = self._known = None
+            self._health.set(states.OK)
+            return None
+        except OSError as error:
+            self._seen = self._known = None
+            self._damaged(error)
             return None
         seen = status.st_mtime_ns, status.st_ino
         if seen != self._seen:
@@ -53,10 +60,17 @@ class FloorStore:
             values: dict[str, Any] = {name: float(rows[name]) for name in _NAMES}
             camera = FloorCamera(**values | {name: int(rows[name]) for name in _PIXELS})
             calibration = Calibration(camera, float(found["residual_m"]), float(found["sigma_m"]))
+            if not _sound(calibration):
+                raise ValueError("a calibration that cannot be")
         except _DAMAGE as error:
-            log.error("%s: %s; the camera counts as not calibrated", self._path, error)
+            self._damaged(error)
             return None
-        return calibration if _sound(calibration) else None
+        self._health.set(states.OK)
+        return calibration
+
+    def _damaged(self, error: Exception) -> None:
+        detail = f"{self._path}: {error}; the camera counts as not calibrated"
+        self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
 
 
 def _sound(one: Calibration) -> bool:

@@ -25,7 +25,7 @@ from gazechair.config import configuration
 from gazechair.config.configuration import ConfigError
 from gazechair.config.settings import Config
 from gazechair.plugins.describe import examine as examine_plugin
-from gazechair.service import doctor_devices
+from gazechair.service import doctor_devices, doctor_files
 
 OK = "OK"
 WARN = "WARN"
@@ -165,6 +165,9 @@ def _state(config: Config) -> Iterator[Finding]:
         yield Finding(WARN, "state folder", f"{folder}; only {free_mb} MB are free", do)
     else:
         yield Finding(OK, "state folder", f"{folder}; {free_mb} MB are free")
+    if folder.is_dir():
+        for file in doctor_files.damaged(folder, config):
+            yield Finding(WARN, "state folder", file.detail)
 
 
 def _existing(folder: Path) -> Path:

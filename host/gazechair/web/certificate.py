@@ -62,8 +62,16 @@ class Certificate:
         now_s = wall()
         trusted = clock_is_right() and now_s >= EARLIEST_S
         if not self._usable() or self._over(now_s, trusted):
-            _make(self._folder, names, _begin_s(now_s, trusted), trusted)
-            log.warning("new certificate: tablets and phones must trust the new %s", self.authority)
+            try:
+                _make(self._folder, names, _begin_s(now_s, trusted), trusted)
+            except CertificateError as error:
+                if not self._usable():
+                    raise
+                log.error("the certificate ends soon or has ended, and stays in use: %s", error)
+            else:
+                log.warning(
+                    "new certificate: tablets and phones must trust the new %s", self.authority
+                )
         else:
             named = (self._folder / _NAMES).read_text(errors="replace")
             missing = set(names) - set(named.split())

@@ -257,6 +257,18 @@ def test_who_repeats_a_call_that_nobody_answered_has_waited_since_the_first() ->
     assert [route.name for _, route in again.due(120.0)] == ["second"]
 
 
+def test_an_alert_of_a_clock_that_was_ahead_escalates_however_often_the_host_restarts() -> None:
+    book, ahead_s = Book([FIRST, SECOND]), 4e8
+    book.raise_(HELP_WANTED, 0.0, ahead_s)
+    for now_s in (100.0, 190.0):  # the clock has been set right before the first restart
+        rows = book.as_json()
+        book = Book([FIRST, SECOND])
+        book.restore(rows, now_s, now_s)
+        assert [route.name for _, route in book.due(now_s)] == ["first"]
+    assert [route.name for _, route in book.due(219.0)] == []
+    assert [route.name for _, route in book.due(220.0)] == ["second"]
+
+
 def test_another_part_is_told_with_its_time_and_nobody_has_answered_since_the_first() -> None:
     route = Route("bert", 1800.0)
     book = Book([route])

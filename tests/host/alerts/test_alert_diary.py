@@ -105,6 +105,15 @@ def test_a_disk_that_refuses_is_said_and_nothing_else(
     assert Diary(tmp_path / "file").read() == []
 
 
+def test_a_damaged_diary_that_somebody_deletes_is_written_anew(tmp_path: Path) -> None:
+    (tmp_path / FILE_NAME).write_text("no JSON\n")
+    diary = Diary(tmp_path)
+    assert diary.read() == []
+    (tmp_path / FILE_NAME).unlink()
+    assert diary.write(rows())
+    assert diary.read() == rows()
+
+
 def test_a_test_that_was_not_sent_before_the_host_ended_has_failed(tmp_path: Path) -> None:
     book = Book([Route("a")])
     book.raise_(TRIED, 0.0, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import queue
+import re
 import socket
 import ssl
 import subprocess
@@ -118,6 +119,58 @@ def test_the_process_announces_tells_and_its_end_is_told_by_the_broker(
     finally:
         sender.stop()
     listener.wait("gazechair/thuis/availability", "offline")
+
+
+def test_two_chairs_whose_computers_have_the_same_name_speak_for_themselves(
+    port: int, listener: Listener, tmp_path: Path
+) -> None:
+    machines = [tmp_path / "one", tmp_path / "other"]
+    for machine in machines:
+        machine.write_text(f"{machine.name}\n")
+    nodes = [mqtt.node("rolstoel-één", machine) for machine in machines]
+    brokers = [Broker() for _ in nodes]
+    heard: list[str] = []
+    try:
+        for state in (QUIET, CALL, QUIET):  # the first one calls meanwhile
+            for node, broker in zip(nodes, brokers, strict=True):
+                said = CALL if broker is brokers[0] else state
+                broker.tell(f"mqtt://chair:hush-hush@127.0.0.1:{port}", node, said, 0.0)
+                wait_until(lambda one=broker: one._connected)
+                broker.tick(0.0)
+                listener.wait(f"gazechair/{node}/state", json.dumps(said))
+                heard += [one.problem for one in brokers if one._client is not None]
+        assert {*heard} == {""}
+        assert listener.retained[f"gazechair/{nodes[0]}/state"] == json.dumps(CALL)
+        entities = [*discovery(nodes[0], True), *discovery(nodes[1], True)]
+        assert len({*entities}) == 8
+        # As its documentation has it: <discovery_prefix>/<component>/[<node_id>/]<object_id>/config
+        pattern = r"homeassistant/[a-z_]+/[a-zA-Z0-9_-]+/[a-zA-Z0-9_-]+/config"
+        assert all(re.fullmatch(pattern, topic) for topic in entities)
+    finally:
+        for broker in brokers:
+            broker._client.disconnect()
+            broker._client.loop_stop()
+
+
+def test_an_offline_that_was_left_at_the_broker_does_not_hide_a_call(
+    port: int, listener: Listener
+) -> None:
+    """A last will of a connection before, that the broker publishes late; or somebody's garbage."""
+    broker, topic = Broker(), "gazechair/hal/availability"
+    url = f"mqtt://chair:hush-hush@127.0.0.1:{port}"
+    try:
+        broker.tell(url, "hal", QUIET, 0.0)
+        wait_until(lambda: broker._connected)
+        broker.tick(0.0)
+        listener.wait(topic, "online")
+        broker._client.publish(topic, "offline", qos=1, retain=True)
+        listener.wait(topic, "offline")
+        broker.tell(url, "hal", CALL, 1.0)
+        broker.tick(1.0)
+        listener.wait(topic, "online")
+    finally:
+        broker._client.disconnect()
+        broker._client.loop_stop()
 
 
 def test_a_wrong_password_or_no_broker_is_a_reason_without_the_secret(port: int) -> None:
@@ -262,21 +315,21 @@ def test_a_heartbeat_each_half_minute_while_the_host_lives() -> None:
     assert paper.said == []
     broker._connected = True
     broker.tick(100.0)
-    state = ("state", json.dumps(QUIET))
-    assert paper.take() == [("availability", "online"), state]
+    online, state = ("availability", "online"), ("state", json.dumps(QUIET))
+    assert paper.take() == [online, state]
     for now_s in range(101, 100 + 2 * int(HEARTBEAT_S) + 1):
         broker.tell("", "", QUIET, now_s)
         broker.tick(now_s)
-    assert paper.take() == [state, state]
+    assert paper.take() == [online, state, online, state]
     broker.tell("", "", CALL, 161.0)
     broker.tick(161.0)
-    assert paper.take() == [("state", json.dumps(CALL))]
+    assert paper.take() == [online, ("state", json.dumps(CALL))]
     for now_s in range(162, 300):
         broker.tick(now_s)  # the host hangs
     assert paper.take() == [("availability", "offline")]
     broker.tell("", "", CALL, 300.0)
     broker.tick(300.0)
-    assert paper.take() == [("availability", "online"), ("state", json.dumps(CALL))]
+    assert paper.take() == [online, ("state", json.dumps(CALL))]
     assert HOST_SILENT_S < HEARTBEAT_S < EXPIRES_S / 2
 
 

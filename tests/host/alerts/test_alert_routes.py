@@ -177,3 +177,6 @@ def test_every_alert_has_words(language: str, key: str) -> None:
     said = message_of(Alert(1, key, 0.0, "Ik zit vast in het park", "lidar"), "Kees", language)
     assert said.title.startswith("gazechair: ")
     assert said.body.startswith("Kees: Ik zit vast in het park\nlidar\n")
+    assert (
+        message_of(Alert(1, key, 0.0), "Kees", language).body.splitlines()[-1].startswith("Kees, ")
+    )

@@ -379,8 +379,12 @@ def test_the_command_lists_the_diary(
     rig.alerts.acknowledge(rig.row()["number"], "Anna")
     Diary(tmp_path).write([*rig.alerts.as_json()["alerts"], {"key": "of another version"}])
     assert cli.main(["alert", "list", "--config", file_with(tmp_path)]) == 0
-    said = capsys.readouterr().out
-    assert "The driver asks for help, 1x, acknowledged by Anna\n    zus: sent\n" in said
+    listed = capsys.readouterr()
+    assert "The driver asks for help, 1x, acknowledged by Anna\n    zus: sent\n" in listed.out
+    assert listed.err == ""
+    (tmp_path / "alerts.jsonl").write_text("half")
+    assert cli.main(["alert", "list", "--config", file_with(tmp_path)]) == 0
+    assert "alerts.jsonl: 1 damaged lines are left out" in capsys.readouterr().err
 
 
 def test_help_is_the_only_alert_a_driver_makes(rig: Rig) -> None:

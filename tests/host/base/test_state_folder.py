@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -71,6 +72,30 @@ def test_on_a_full_disk_half_a_file_does_not_stay(
         replace_file(path, b"new")
     assert [one.name for one in tmp_path.iterdir()] == ["file.map"]
     assert path.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("step", ["open", "fsync", "replace"])
+def test_a_damaged_file_stays_where_it_is_until_the_new_one_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    path = tmp_path / "alerts.jsonl"
+    path.write_text("half")
+    step_of_old = getattr(os, step)
+
+    def full(what: object, *more: Any) -> Any:
+        if step == "replace" and not str(what).endswith(".new"):
+            return step_of_old(what, *more)
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, step, full)
+        with pytest.raises(OSError, match="No space"):
+            replace_file(path, b"new", damaged=True)
+    assert [one.name for one in tmp_path.iterdir()] == ["alerts.jsonl"]
+    assert path.read_text() == "half"
+    replace_file(path, b"new", damaged=True)
+    assert (tmp_path / "alerts.damaged").read_text() == "half"
+    assert path.read_bytes() == b"new"
 
 
 def test_a_folder_in_its_place_is_set_aside(tmp_path: Path) -> None:

@@ -176,6 +176,42 @@ def test_many_small_files_are_bounded_too(tmp_path: Path, monkeypatch: pytest.Mo
     assert names == ["000005", "000006", "000007", "000008", "000009"]
 
 
+def test_a_disk_that_refuses_for_hours_costs_no_older_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As with a quota: there is space, each attempt opens a file, and nothing gets into it."""
+    monkeypatch.setattr(module, "_MOST_FILES", 5)
+    for _ in range(3):
+        disk = Disk(tmp_path)
+        disk.second()
+        disk.writer.close()
+
+    def refused(_: int) -> None:
+        raise OSError(errno.EDQUOT, os.strerror(errno.EDQUOT))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", refused)
+        for _ in range(9):
+            with pytest.raises(OSError, match="quota"):
+                disk.second()
+            disk.writer.close()
+    disk.second()
+    disk.writer.close()
+    assert [path.name[:6] for path in files(tmp_path)] == ["000001", "000002", "000003", "000004"]
+
+
+def test_a_log_of_a_clock_beyond_2038_has_its_length_and_date(tmp_path: Path) -> None:
+    disk = Disk(tmp_path)
+    disk.wall_s = 20 * 365.25 * DAY_S
+    for _ in range(5):
+        disk.second()
+    disk.writer.close()
+    (file,) = map(LogFile, files(tmp_path))
+    assert file.length_s() == pytest.approx(4.0)
+    at_s = next(file.lines()).at_ns / 1e9
+    assert at_s == pytest.approx(WALL_NS / 1e9 + disk.wall_s, abs=2.0)
+
+
 def test_a_file_that_somebody_deletes_is_followed_by_another(tmp_path: Path) -> None:
     disk = Disk(tmp_path)
     disk.second()

@@ -46,6 +46,14 @@ def test_an_override_is_a_warning_unless_it_names_a_fault() -> None:
     assert handler.fold(of_board(faulty), 1) == Verdict("error", "tilt")
 
 
+def test_alerts_that_cannot_leave_are_the_caretakers_to_know() -> None:
+    """No list on the page shows what the broker did not get."""
+    for state, reason in ((DEGRADED, "alerts_mqtt"), (LOST, "alerts_lost")):
+        (problem,) = of_parts({"alerts": part(state, reason)})
+        assert problem == Problem(reason, codes.WARNING, caretaker_only=True)
+    assert of_parts({"alerts": part(STARTING, "alerts_starting")}) == []
+
+
 def test_the_most_severe_is_shown_then_the_oldest() -> None:
     handler = ErrorHandler()
     old, new = Problem("tilt", codes.ERROR), Problem("wiper", codes.ERROR)

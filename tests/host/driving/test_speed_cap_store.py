@@ -127,7 +127,7 @@ def test_a_cap_that_is_not_stored_is_told_to_the_caretaker_and_tried_again(
         return [str(control.snapshot(page)["message"]) for page in pages]
 
     control.receive(pages[0], {"k": "cap", "permille": 300})
-    wait_until(lambda: shown() == ["setting_not_stored", "ok"])
+    wait_until(lambda: shown() == ["not_kept", "ok"])
     assert cap_of(control) == 300
     full[0] = False
     wait_until(lambda: shown() == ["ok", "ok"])

@@ -10,7 +10,7 @@ import pytest
 
 from gazechair.following.turns import Turn, Turns
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.odometry.points import OLDER_S, Piece
 
 _WALL_M = 3.0
 _SPEED_M_S, _RATE_DEG_S = 0.3, 25.0
@@ -124,3 +124,23 @@ def test_of_two_lidars_at_one_place_one_counts() -> None:
     turns.piece(_half(0))
     turns.piece(other)
     assert turns.estimate(_estimate(other.middle_s)) is None
+
+
+@pytest.mark.parametrize("older_s", [0.0, 0.01, OLDER_S])
+def test_a_piece_that_is_older_than_the_other_lidars_counts(older_s: float) -> None:
+    turns, found = Turns(), []
+    for number in range(6):
+        piece, other = _half(number), _half(number, _REAR)
+        rear = replace(other, times_s=other.times_s + older_s, lidar=1)
+        turns.piece(rear)
+        turns.piece(piece)
+        for _ in range(2):  # odometry tells both at the same time
+            found.append(turns.estimate(_estimate(rear.middle_s)))
+    whole = [one for one in found if one is not None]
+    assert len(whole) == 3
+    for turn in whole[1:]:
+        assert turn.scan.origin_m == _FRONT
+        assert len(turn.scan.points_m) in (499, 500)
+        c, s = math.cos(turn.pose[2]), math.sin(turn.pose[2])
+        points = turn.scan.points_m @ np.array(((c, s), (-s, c))) + turn.pose[:2]
+        assert np.abs(np.hypot(*points.T) - _WALL_M).max() < 0.004

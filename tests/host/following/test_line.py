@@ -14,6 +14,8 @@ from gazechair.following.request import STOP
 from gazechair.picture.floor import FloorCamera
 from gazesim.floor_view import Array, Eye, Floor, FloorView
 
+pytestmark = pytest.mark.costly
+
 EYE = Eye(field_deg=75.0, height_m=1.15, down_deg=30.0)
 CAMERA = FloorCamera(
     160, 120, 80.0 / math.tan(math.radians(37.5)), 1.15, math.radians(30.0), x_m=0.3

@@ -26,6 +26,8 @@ from gazechair.going.people import People
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
 from goingrig import TWO_ROOMS, Box, GoingChair, Person, drive_among, floor
 
+pytestmark = pytest.mark.costly
+
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
 
 

@@ -19,6 +19,8 @@ from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, START_BLOCKED, NoWay, Pla
 from gazechair.going.smooth import PASSES_M, Refused
 from goingrig import TWO_ROOMS, floor
 
+pytestmark = pytest.mark.costly
+
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
 
 

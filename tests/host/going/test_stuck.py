@@ -12,6 +12,8 @@ from gazechair.going.mission import ARRIVED, BLOCKED, LIMIT, STANDS
 from gazechair.going.stuck import Overruled, Stuck
 from goingrig import TWO_ROOMS, GoingChair, floor
 
+pytestmark = pytest.mark.costly
+
 GO = Stick(500, 0)
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
 

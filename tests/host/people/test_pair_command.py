@@ -87,9 +87,8 @@ def test_a_daemon_that_cannot_be_asked_keeps_its_devices_and_that_is_said(
     def unbound(_descriptor: int, _mode: int) -> None:
         raise OSError(errno.EPERM, os.strerror(errno.EPERM))
 
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "fchmod", unbound)
-        door.start()
+    monkeypatch.setattr(os, "fchmod", unbound)
+    door.start()
     with sole_daemon(state):
         assert pair(config, "--revoke", paired.device.id) == 2
     error = capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import socket
@@ -18,6 +19,7 @@ from gazechair.people.pairing.local import SOCKET_NAME, LocalDoor, NotRunning, a
 from gazechair.people.pairing.store import StoreError
 from gazechair.service import pair
 from gazedemo import pairing
+from patience import wait_until
 
 URL = "https://chair.local:8443/pair"
 
@@ -157,3 +159,31 @@ def test_a_socket_left_by_a_killed_daemon_is_replaced(again: Any, folder: Path) 
     assert ask(folder, {"ask": "list"}) == {"devices": [], "problem": ""}
     door.stop()
     assert not (folder / SOCKET_NAME).exists()
+
+
+def test_a_socket_that_was_removed_with_its_folder_is_made_again(
+    door: Any, folder: Path, tmp_path: Path
+) -> None:
+    folder.rename(tmp_path / "gone")
+    wait_until(lambda: (folder / SOCKET_NAME).exists())
+    made = ask(folder, {"ask": "code", "role": "viewer"})
+    assert isinstance(door.pair(made["code"], "phone", "192.0.2.1"), Paired)
+
+
+def test_where_no_socket_could_be_made_there_is_one_when_it_can(
+    again: Any, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    door = LocalDoor(again(folder), folder, lambda: URL)
+    (folder / SOCKET_NAME).touch()  # of a daemon that was killed
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "unlink", _read_only)
+        door.start()
+        with pytest.raises(NotRunning):
+            ask(folder, {"ask": "list"})
+    wait_until(lambda: (folder / SOCKET_NAME).is_socket())
+    assert ask(folder, {"ask": "list"}) == {"devices": [], "problem": ""}
+    door.stop()
+
+
+def _read_only(*_: object) -> None:
+    raise OSError(errno.EROFS, os.strerror(errno.EROFS))

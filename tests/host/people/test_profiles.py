@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gazechair.base.health import Health
 from gazechair.config import configuration
 from gazechair.people.profiles import ProfileRefused, Profiles, fields, house_fields
 from gazechair.people.profiles.store import FILE_NAME, MOST_PROFILES
@@ -71,6 +72,25 @@ def test_other_values_are_refused_with_the_reason(profiles, name, value):
     assert reason(profiles, {"save": {"id": "1", name: value}}) == "profile_value"
 
 
+def test_a_page_that_has_not_heard_of_a_deletion_changes_nobody_else(profiles, tmp_path):
+    """Two caretakers at once: one deletes Jan and creates Piet, the other lets Jan drive."""
+    profiles.change({"create": "Jan"}, True)
+    again = Profiles(tmp_path, FIELDS)
+    jan = again.as_json()["profiles"][-1]["id"]
+    again.change({"delete": jan}, True)
+    again.change({"create": "Piet"}, True)
+    assert reason(again, {"save": {"id": jan, "auto": True}}) == "profile_unknown"
+    assert reason(again, {"choose": jan}) == "profile_unknown"
+    assert [one["name"] for one in again.as_json()["profiles"]] == ["driver", "Piet"]
+
+
+def test_a_sentence_may_have_any_emoji(profiles):
+    said = "Ik zit vast \U0001f469\u200d\U0001f9bd\u200d\u27a1\ufe0f \u2764\ufe0f"
+    profiles.change({"save": {"id": "1", "help_sentence": said}}, False)
+    assert profiles.chosen()["help_sentence"] == said
+    assert reason(profiles, {"save": {"id": "1", "help_sentence": "a\u202eb"}}) == "profile_value"
+
+
 def test_steering_is_never_slower_than_starting(profiles):
     posted = {"save": {"id": "1", "dwell_ms": 300, "steer_dwell_ms": 400}}
     assert reason(profiles, posted) == "profile_value"
@@ -104,8 +124,16 @@ def test_no_request_does_harm(tmp_path_factory, posted):
 )
 def test_a_damaged_file_is_kept_and_the_host_goes_on(tmp_path, text):
     (tmp_path / FILE_NAME).write_text(text)
-    assert Profiles(tmp_path, FIELDS).chosen()["dwell_ms"] == 600
+    for _ in range(2):  # told at each start until a profile is stored
+        health = Health("profiles")
+        people = Profiles(tmp_path, FIELDS, health)
+        assert people.chosen()["dwell_ms"] == 600
+        assert health.reason == "file_damaged"
+    people.change({"choose": "1"}, True)
+    assert health.reason == "ok"
     assert (tmp_path / "profiles.damaged").read_text() == text
+    people.change({"choose": "1"}, True)
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["profiles.damaged", FILE_NAME]
 
 
 def test_strange_values_of_another_version_become_defaults(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import threading
@@ -11,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from gazechair.alerts.diary import Diary
 from gazechair.base.health import Health, HealthRegistry
 from gazechair.config.settings import Config
 from gazechair.driving.error_handler import of_parts
@@ -19,7 +21,14 @@ from gazechair.first_drive.record import Record
 from gazechair.people.pairing import Paired, PairingDesk
 from gazechair.people.pairing.local import LocalDoor
 from gazechair.people.profiles import Profiles, house_fields
+from gazechair.picture.floor import FloorCamera
+from gazechair.picture.floor_calibration import Calibration
+from gazechair.picture.floor_store import FloorStore
+from gazechair.service.tune.forward import ForwardNumbers
+from gazechair.service.tune.forward_store import ForwardStore
+from gazelink.settings_table import PROFILES
 
+YEAR_S = 365 * 86400.0
 DAMAGE: dict[str, Callable[[Path], object]] = {
     "erased": lambda file: file.unlink(),
     "empty": lambda file: file.write_bytes(b""),
@@ -89,6 +98,33 @@ def test_devices_that_cannot_be_read_are_told_and_come_back_with_their_file(
     assert type(desk)(state).who(token) is not None
 
 
+def test_a_list_of_devices_that_somebody_deletes_because_it_cannot_be_read_is_written_anew(
+    tmp_path: Path, desk: Any
+) -> None:
+    state = tmp_path / "state"
+    desk.join()
+    DAMAGE["loop"](state / "paired.jsonl")
+    again = type(desk)(state)
+    (state / "paired.jsonl").unlink()
+    token = again.join().token
+    assert type(desk)(state).who(token) is not None
+
+
+def test_a_clock_that_was_ahead_for_a_while_is_not_when_a_device_was_last_used(
+    tmp_path: Path, desk: Any
+) -> None:
+    """The caretaker revokes what nobody has used for long."""
+    paired = desk.join()
+    right_s = desk.wall_s
+    for wall_s in (right_s + 10 * YEAR_S, right_s + 60.0):
+        desk.wall_s = wall_s
+        desk.now_s += 100.0
+        assert desk.who(paired.token) is not None
+        desk.note_uses()
+        assert desk.devices()[0].last_used == int(wall_s)
+        assert type(desk)(tmp_path / "state").devices()[0].last_used == int(wall_s)
+
+
 def test_a_caretaker_is_told_of_a_damaged_file_until_it_is_written_again(
     tmp_path: Path, desk: Any
 ) -> None:
@@ -114,6 +150,57 @@ def test_a_caretaker_is_told_of_a_damaged_file_until_it_is_written_again(
     cap.write()
     record.keep("turn", {"wanted_deg": 90, "turned_deg": 90, "measured_mm": 1, "seen_mm": 1})
     assert of_parts(parts.states()) == []
+
+
+@pytest.mark.parametrize("damage", ["0xff", "deep", "other json", "loop"])
+def test_a_caretaker_is_told_of_damaged_alerts_and_calibrations_until_they_are_written_again(
+    tmp_path: Path, damage: str
+) -> None:
+    parts = HealthRegistry()
+
+    def stores() -> tuple[Diary, ForwardStore, FloorStore]:
+        diary = Diary(tmp_path, parts.part("alert_diary"))
+        diary.read()
+        forward = ForwardStore(tmp_path, parts.part("forward"))
+        return diary, forward, FloorStore(tmp_path, parts.part("camera_floor"))
+
+    def write(diary: Diary, forward: ForwardStore, floor: FloorStore) -> None:
+        assert diary.write([{"number": 1, "state": "open"}])
+        with contextlib.suppress(OSError):  # a link to itself stays until somebody looks
+            forward.keep(PROFILES[0], ForwardNumbers(1.0, 0.1, 0.1, 0.1, 1.0, 1.0))
+        camera = FloorCamera(640, 480, 500.0, 1.0, 20.0, 0.0, 0.0, 0.0)
+        floor.keep(Calibration(camera, 0.01, 0.01))
+        assert floor.get() is not None
+
+    write(*stores())
+    assert of_parts(parts.states()) == []
+    for name in ("alerts.jsonl", "forward.json", "camera_floor.json"):
+        DAMAGE[damage](tmp_path / name)
+    again = stores()
+    told = [(problem.key, problem.caretaker_only) for problem in of_parts(parts.states())]
+    assert told == [("file_damaged", True)] * 3
+    write(*again)
+    left = {name for name, part in parts.states().items() if part.reason != "ok"}
+    assert left == ({"forward"} if damage == "loop" else set())
+
+
+def test_a_diary_on_a_full_disk_is_told_and_kept_when_there_is_space_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = HealthRegistry()
+    diary = Diary(tmp_path, parts.part("alert_diary"))
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", _full)
+        assert not diary.write([{"number": 1}])
+        (told,) = of_parts(parts.states())
+        assert (told.key, told.caretaker_only) == ("not_kept", True)
+    assert diary.write([{"number": 1}])
+    assert of_parts(parts.states()) == []
+    assert diary.read() == [{"number": 1}]
+
+
+def _full(_: int) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 class Hanging:

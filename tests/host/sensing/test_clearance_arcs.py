@@ -20,6 +20,8 @@ from gazechair.sensing.clearance.arcs import ArcReach, arc_reach
 from gazechair.sensing.clearance.sweeps import Sweeps
 from gazelink import arcs
 
+pytestmark = pytest.mark.costly
+
 NOTCHED: tuple[Corner, ...] = (
     (0.65, 0.30),
     (0.65, 0.10),

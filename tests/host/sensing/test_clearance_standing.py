@@ -20,6 +20,8 @@ from gazesim.rooms import Person, Room, box
 from gazesim.zone import zone_of
 from lidarviews import HALL, LOOK_S, NOISE_M, points_of, view_of
 
+pytestmark = pytest.mark.costly
+
 ZONE = zone_of()
 AHEAD = Approach(ZONE.of(codes.DIR_FORWARD))
 

@@ -31,7 +31,8 @@ class Rig(LidarRig):
         super().__init__(path)
         self.told: list[tuple[str, str]] = []
         config = LidarConfig(kind="s2", port=str(path), mode=mode)
-        self.reader = Reader(config, self._note)
+        self.handed_on: list[float] = []
+        self.reader = Reader(config, self._note, lambda *told: self.handed_on.append(told[1]))
 
     def _note(self) -> None:
         one = (self.reader.condition.state, self.reader.condition.reason)
@@ -72,8 +73,11 @@ def test_each_fault_has_its_reason_and_heals_by_itself(rig: Rig) -> None:
     rig.told.clear()
 
     beams.frozen = True
+    assert rig.handed_on
     rig.wait_told("lidar_frozen")
-    time.sleep(0.8)  # it is restarted, and still repeats itself
+    rig.handed_on.clear()
+    rig.wait_told("lidar_frozen")  # it is restarted, and still repeats itself
+    assert rig.handed_on == []
     assert rig.reader.scan is None
     assert ("ok", "ok") not in rig.told
     beams.frozen = False

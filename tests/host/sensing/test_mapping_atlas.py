@@ -18,6 +18,8 @@ from gazechair.sensing.odometry.estimate import Estimate
 from gazesim.rooms import Room
 from homerig import flat, points, poses, scan
 
+pytestmark = pytest.mark.costly
+
 CHANCE = np.random.default_rng(8)
 HERE = np.array((2.0, 1.8, 0.7))
 CABIN = Room("cabin", ((1, 1, 3, 1), (3, 1, 3, 2.6), (3, 2.6, 1, 2.6), (1, 2.6, 1, 1)))

@@ -151,6 +151,16 @@ def test_ros_gets_the_same_map_and_gives_it_back(home: HomeMap, tmp_path: Path) 
     assert ros_map.read(yaml, "back").drawn.places == ()
 
 
+@pytest.mark.parametrize("image", ["/home/ros/maps/map#1.pgm", "maps/map#1.pgm"])
+def test_the_image_may_be_named_where_it_was_saved(
+    image: str, home: HomeMap, tmp_path: Path
+) -> None:
+    yaml = ros_map.write(home, tmp_path)
+    (tmp_path / "map.pgm").rename(tmp_path / "map#1.pgm")
+    yaml.write_text(yaml.read_text().replace("map.pgm", image))
+    assert (ros_map.read(yaml, "back").grid.occupied == home.grid.occupied).all()
+
+
 @pytest.mark.parametrize(
     ("text", "why"),
     [

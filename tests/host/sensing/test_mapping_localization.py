@@ -21,7 +21,7 @@ from gazesim.rooms import Person, Room, Solid, box
 from homerig import flat, points, poses, scan
 
 # What it is made of takes longer than the tests: one process makes it.
-pytestmark = pytest.mark.xdist_group("mapping_localization")
+pytestmark = [pytest.mark.xdist_group("mapping_localization"), pytest.mark.costly]
 
 CHANCE = np.random.default_rng(8)
 HERE = np.array((2.0, 1.8, 0.7))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,9 +13,10 @@ from gazechair.sensing.mapping import making
 from gazechair.sensing.mapping.building.occupancy_grid import CELL_M
 from gazechair.sensing.mapping.locating.looks import Looks, Seen
 from gazechair.sensing.mapping.locating.map_match import Look
-from gazechair.sensing.mapping.making import FULL, Making
+from gazechair.sensing.mapping.making import ASKEW, FULL, Making
 from gazechair.sensing.mapping.stored import home_map
 from gazechair.sensing.mapping.stored.home_map import HomeMap, MapError
+from gazechair.sensing.odometry.doubts import CHANGED, TURNED
 from gazechair.sensing.odometry.estimate import Estimate
 
 HALL = np.array(
@@ -22,12 +24,13 @@ HALL = np.array(
 )
 
 
-def looks(x_m: float) -> Looks:
+def looks(x_m: float, *doubts: str) -> Looks:
     """What a chair between two walls sees."""
-    estimate = Estimate(x_m, x_m, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.1, 0.1, 1.0, (), 0)
+    estimate = Estimate(x_m, x_m, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.1, 0.1, 1.0, doubts, 0)
     pose = np.array((x_m, 0.0, 0.0))
     seen = Seen(Look(HALL, np.zeros_like(HALL)), pose, estimate)
-    return SimpleNamespace(track=0, pose=pose, seen=lambda: seen)  # type: ignore[return-value]
+    found = SimpleNamespace(track=0, pose=pose, seen=lambda: seen, newest=estimate)
+    return cast("Looks", found)
 
 
 def driven(metres: int) -> Making:
@@ -46,6 +49,15 @@ def test_a_map_that_is_as_large_as_can_be_stored_takes_no_more_and_is_saved(
     assert (made.doubt, len(made.keys)) == (FULL, 14)  # a step beyond 6 m by 20 m
     made.finished("hall").save(tmp_path / "a.map")
     assert home_map.load(tmp_path / "a.map").grid.cell_m == CELL_M
+
+
+def test_what_a_lidar_that_may_be_turned_sees_is_not_mapped() -> None:
+    made = driven(5)
+    assert not made.take(looks(5.0, CHANGED, TURNED))
+    assert not made.take(looks(6.0, TURNED))
+    assert (made.doubt, len(made.keys)) == (ASKEW, 5)
+    assert made.take(looks(7.0, CHANGED))
+    assert (made.doubt, len(made.keys)) == ("", 6)
 
 
 def test_a_map_that_grows_as_it_is_finished_gets_larger_cells(

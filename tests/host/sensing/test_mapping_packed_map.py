@@ -89,6 +89,8 @@ VARIANTS = {
     "scale": yaml(b"mode: scale"),
     "raw": files(**{"map.yaml": YAML + b"mode: Raw\n", "map.pgm": PERCENT}),
     "negate": files(**{"map.yaml": YAML + b"negate: True\n", "map.pgm": NEGATIVE}),
+    "list over lines": yaml(b"origin: [  # the corner\n  -1,\n  -2,  # and the yaw\n  0.0\n]"),
+    "where it was saved": yaml(b"image: /home/ros/maps/map.pgm"),
     "block list": yaml(b"origin:\n- -1\n  # y\n- -2  # and the yaw\n- 0.0"),
 }
 
@@ -178,7 +180,7 @@ HOSTILE: dict[str, tuple[bytes | Callable[[], bytes], str]] = {
     "two in a list": (yaml(b"origin:\n- 0\n- 0"), "map_file_yaml"),
     "list of nothing": (files(**{"map.yaml": b"- 1\n- 2\n" + YAML[:14]}), "map_file_yaml"),
     "image elsewhere": (yaml(b"image: /etc/passwd"), "map_file_image"),
-    "image above": (yaml(b"image: ../map.pgm"), "map_file_image"),
+    "image above": (yaml(b"image: ../other.pgm"), "map_file_image"),
     "image itself": (yaml(b"image: map.yaml"), "map_file_image"),
     "image nul": (yaml(b"image: a\0b"), "map_file_image"),
     "png": (files(**{"map.pgm": b"\x89PNG"}), "map_file_image"),

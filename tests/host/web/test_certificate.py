@@ -96,6 +96,25 @@ def test_one_that_ends_soon_is_made_anew_but_not_by_a_clock_that_is_far_off(
     assert list((tmp_path / "tls").glob("authority.key")) == []
 
 
+def test_one_that_ends_soon_serves_until_the_disk_takes_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A full disk must not leave a family without its chair."""
+    first = at(tmp_path, NOW_S, trusted=True)
+    soon_s = NOW_S + LASTS_S - 10 * DAY_S
+
+    def full(*_: object, **_more: object) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_text", full)
+        assert at(tmp_path, soon_s, trusted=True) == first
+        assert "No space left on device" in caplog.text
+        with pytest.raises(CertificateError, match="No space left on device"):
+            at(tmp_path / "new", soon_s, trusted=True)
+    assert at(tmp_path, soon_s, trusted=True) != first
+
+
 def test_one_that_begins_later_is_made_anew(tmp_path: Path) -> None:
     before = at(tmp_path, FAR_AHEAD_S, True)
     assert at(tmp_path, NOW_S, True) != before

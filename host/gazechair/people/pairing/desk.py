@@ -130,7 +130,8 @@ class PairingDesk:
             seen = dict(self._seen)
         with self._changing:
             for device in self._store.all():
-                if seen.get(device.id, 0) - device.last_used >= _NOTE_USE_S:
+                # Less than before: the clock was ahead.
+                if abs(seen.get(device.id, device.last_used) - device.last_used) >= _NOTE_USE_S:
                     try:
                         self._store.used(device.id, seen[device.id])
                     except StoreError as error:  # a full disk must not lock anybody out
@@ -144,7 +145,7 @@ class PairingDesk:
         """Every paired device, oldest first."""
         with self._lock:
             return [
-                replace(device, last_used=max(device.last_used, self._seen.get(device.id, 0)))
+                replace(device, last_used=self._seen.get(device.id, device.last_used))
                 for device in self._store.all()
             ]
 

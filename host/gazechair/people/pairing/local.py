@@ -21,6 +21,7 @@ from typing import Any
 
 from gazechair.base import json_text
 from gazechair.base.state_folder import set_aside
+from gazechair.base.throttled_log import ThrottledLog
 from gazechair.base.told import ToldError
 from gazechair.people.pairing.desk import PairingDesk
 from gazechair.people.pairing.one_time import VALID_S
@@ -33,6 +34,7 @@ _MOST_BYTES = 4096
 _LOOK_S = 0.2
 
 log = logging.getLogger(__name__)
+throttled = ThrottledLog(log)
 
 
 class NotRunning(Exception):
@@ -44,7 +46,7 @@ class RequestRefused(ToldError):
 
 
 class LocalDoor:
-    """Serves the local socket on its own thread."""
+    """Serves the local socket on its own thread; makes it again when somebody has removed it."""
 
     def __init__(self, desk: PairingDesk, folder: Path, url: Callable[[], str]) -> None:
         """`url` returns the address of the pairing page, without a code."""
@@ -56,9 +58,15 @@ class LocalDoor:
         self._thread = threading.Thread(target=self._run, name="pairing-door", daemon=True)
 
     def start(self) -> None:
-        """Listen. A folder that cannot be written is only logged: then nobody can be paired."""
+        """Listen. A folder that cannot be written is only logged, and tried again: nobody can be
+        paired until then."""
+        self._listen()
+        self._thread.start()
+
+    def _listen(self) -> None:
         door = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
+            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             if (self._folder / SOCKET_NAME).is_dir():
                 set_aside(self._folder / SOCKET_NAME)
             with _short(self._folder) as path:
@@ -69,26 +77,34 @@ class LocalDoor:
             door.listen(8)
         except OSError as error:
             door.close()
-            log.error("%s: %s; nobody can be paired", self._folder / SOCKET_NAME, error.strerror)
+            at = self._folder / SOCKET_NAME
+            throttled.warn("%s: %s; nobody can be paired", at, error.strerror)
             return
         door.settimeout(_LOOK_S)
+        if self._socket is not None:
+            self._socket.close()
         self._socket = door
-        self._thread.start()
 
     def stop(self) -> None:
         """End the thread, and remove the socket. Safe to call when start failed."""
         self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join(5.0)
         if self._socket is None:
             return
-        self._thread.join(5.0)
         self._socket.close()
         with contextlib.suppress(OSError):
             (self._folder / SOCKET_NAME).unlink()
         self._socket = None
 
     def _run(self) -> None:
-        assert self._socket is not None
         while not self._stopping.is_set():
+            if self._socket is None or not os.path.lexists(self._folder / SOCKET_NAME):
+                self._listen()
+            if self._socket is None:
+                self._stopping.wait(_LOOK_S)
+                self._desk.note_uses()
+                continue
             try:
                 connection, _ = self._socket.accept()
             except TimeoutError:

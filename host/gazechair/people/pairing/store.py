@@ -12,7 +12,7 @@ from pathlib import Path
 from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import replace_file, set_aside
+from gazechair.base.state_folder import replace_file
 
 FILE_NAME = "paired.jsonl"
 PART = "devices"  # of the host's health
@@ -140,13 +140,11 @@ class DeviceStore:
         lines = [json.dumps(asdict(device), ensure_ascii=False) for device in devices.values()]
         text = "".join(line + "\n" for line in self._strange + lines)
         try:
-            if self._unread:  # whoever gives it back its owner has every device again
-                set_aside(self._path)
-                self._unread = False
-            replace_file(self._path, text.encode("utf-8", "replace"), durable)
+            # Whoever gives an unread one back its owner has every device again.
+            replace_file(self._path, text.encode("utf-8", "replace"), durable, self._unread)
         except OSError as error:
             raise StoreError(f"{self._path}: {error.strerror}; is the disk full?") from None
-        self._devices = devices
+        self._devices, self._unread = devices, False
         if durable:
             self._health.set(states.OK)
 

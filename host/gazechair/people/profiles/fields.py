@@ -16,6 +16,7 @@ from gazechair.base.refused import Refused
 Profile = dict[str, Any]
 
 MOST_NAME = 40
+_JOINER = "\u200d"  # of several signs to one emoji, as a person in a wheelchair
 # Signals of a switch interface: a key, or a pointer button ("click": also a touch).
 _SWITCHES = ("space", "enter", "tab", "f8", "click", "right_click")
 
@@ -56,7 +57,7 @@ class Field:
         else:
             least = 1 if self.default else 0
             fits = isinstance(value, str) and least <= len(value) <= self.longest
-            if fits and value.isprintable():
+            if fits and value.replace(_JOINER, "").isprintable():
                 return value
             wanted = f"a text of {least}..{self.longest} characters"
         raise ProfileRefused("profile_value", f"{name} must be {wanted}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import logging
 import secrets
@@ -14,11 +13,12 @@ from typing import Any
 from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file, set_aside
+from gazechair.base.state_folder import FILE_DAMAGED, replace_file
 from gazechair.people.profiles.fields import Field, Profile, ProfileRefused, check_whole
 
 FILE_NAME = "profiles.json"
 MOST_PROFILES = 16
+_DIGITS = 9  # of an id; a longer one was written by hand
 PROFILES = "profiles"  # of the host's health
 
 log = logging.getLogger(__name__)
@@ -32,8 +32,8 @@ class Profiles:
     ) -> None:
         """`folder`: the state folder, None: in memory only.
 
-        A file that can't be read is kept as a copy, and logged; `health`: degraded until a profile
-        is stored.
+        A file that can't be read is kept as a copy when a profile is stored; `health`: degraded
+        until then.
         """
         self._health = health or Health(PROFILES)
         self._health.set(states.OK)
@@ -45,12 +45,15 @@ class Profiles:
         self._profiles: dict[str, Profile] = {}
         self._chosen = ""
         self._kept = False
+        self._damaged = False
         if self._path is not None:
             self._read(self._path)
         if not self._profiles:
             self._profiles["1"] = {name: field.default for name, field in self._fields.items()}
         if self._chosen not in self._profiles:
             self._chosen = next(iter(self._profiles))
+        numbers = (int(id) for id in self._profiles if id.isdecimal() and len(id) <= _DIGITS)
+        self._newest = max(numbers, default=0)
 
     @property
     def kept(self) -> bool:
@@ -101,7 +104,8 @@ class Profiles:
             else:
                 raise ProfileRefused("bad_message", f"{kind} is none of choose, save, create")
             if self._path is not None:
-                _write(self._path, {"chosen": chosen, "profiles": profiles})
+                _write(self._path, {"chosen": chosen, "profiles": profiles}, self._damaged)
+                self._damaged = False
                 self._health.set(states.OK)
             with self._lock:
                 self._profiles, self._chosen = profiles, chosen
@@ -142,7 +146,9 @@ class Profiles:
     def _created(self, name: Any) -> tuple[str, Profile]:
         if len(self._profiles) >= MOST_PROFILES:
             raise ProfileRefused("profile_full", f"there are {MOST_PROFILES}; delete one first")
-        id = next(str(n) for n in range(1, MOST_PROFILES + 2) if str(n) not in self._profiles)
+        # Nobody's before: a page that has not heard of a deletion must not change another's.
+        self._newest += 1
+        id = str(self._newest)
         name = self._fields["name"].accept("name", name)
         return id, {**self._profiles[self._chosen], "name": name}
 
@@ -152,7 +158,7 @@ class Profiles:
         except FileNotFoundError:
             return
         except (OSError, UnicodeDecodeError) as error:
-            self._damaged(f"{path}: cannot be read ({error}); begins with a new profile")
+            self._tell_damage(f"{path}: cannot be read ({error}); begins with a new profile")
             return
         try:
             document = json_text.parse(text)
@@ -161,13 +167,11 @@ class Profiles:
             self._chosen = str(document["chosen"])
             self._kept = True
         except (ValueError, TypeError, KeyError, AttributeError) as error:
-            self._damaged(f"{path}: damaged ({error!r}); begins with what could be read")
+            self._tell_damage(f"{path}: damaged ({error!r}); begins with what could be read")
 
-    def _damaged(self, detail: str) -> None:
-        assert self._path is not None
+    def _tell_damage(self, detail: str) -> None:
+        self._damaged = True
         self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
-        with contextlib.suppress(OSError):
-            set_aside(self._path)
 
     def _mended(self, id: str, found: Mapping[str, Any]) -> Profile:
         # An older or newer host's profile stays usable: unknown values become defaults.
@@ -186,9 +190,10 @@ class Profiles:
         return profile
 
 
-def _write(path: Path, document: Mapping[str, Any]) -> None:
+def _write(path: Path, document: Mapping[str, Any], damaged: bool) -> None:
+    content = json.dumps(document, ensure_ascii=False, indent=1).encode() + b"\n"
     try:
-        replace_file(path, json.dumps(document, ensure_ascii=False, indent=1).encode() + b"\n")
+        replace_file(path, content, damaged=damaged)
     except OSError as error:
         detail = f"{path}: {error.strerror}; is the disk full?"
         log.error("%s", detail)

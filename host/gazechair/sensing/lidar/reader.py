@@ -13,6 +13,7 @@ from gazechair.base import health as states
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.device import S2, LidarError, find_port
+from gazechair.sensing.lidar.nodes import Nodes
 from gazechair.sensing.lidar.report import FROZEN, LOST, MIRROR, POWER, SILENT, STARTING
 from gazechair.sensing.lidar.scan import Placing, Scan
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader
@@ -58,8 +59,10 @@ class Reader:
         placing: Placing | None = None,
     ) -> None:
         """`renewed` is called on the reader's thread whenever `scan` or `condition` has changed,
-        `tap` with all measurements; `placing` places those of the scans."""
-        self._taps = (tap, placing)
+        `tap` with all measurements but old ones that a frozen device repeats; `placing` places
+        those of the scans."""
+        self._tap = tap
+        self._taps = (self._hand_on if tap is not None else None, placing)
         self.config = config
         self.scan: Scan | None = None
         self.stream: NodeStream | None = None
@@ -164,6 +167,10 @@ class Reader:
         finally:
             self.stream = None
             file.close()
+
+    def _hand_on(self, nodes: Nodes, received_s: float, period_s: float) -> None:
+        if self._tap is not None and self.stream is not None and self.stream.trusted:
+            self._tap(nodes, received_s, period_s)
 
     def _take(self, scan: Scan | None) -> None:
         if scan is None:

@@ -66,9 +66,14 @@ class NodeStream:
         self.quarters = self._sweep.quarter
         return changed
 
+    @property
+    def trusted(self) -> bool:
+        """Whether its data may be used."""
+        return True
+
     def scan(self) -> Scan | None:
-        """The newest scan; None before the first whole turn."""
-        return self._sweep.scan() if self._sweep.turns >= 2 else None
+        """The newest scan; None before the first whole turn, and while it is not trusted."""
+        return self._sweep.scan() if self._sweep.turns >= 2 and self.trusted else None
 
 
 class ByteStream(NodeStream):
@@ -90,6 +95,11 @@ class ByteStream(NodeStream):
         return self._freeze.frozen
 
     @property
+    def trusted(self) -> bool:
+        """Whether the device is proven to measure, and does not repeat old data."""
+        return self._freeze.proven and not self._freeze.frozen
+
+    @property
     def wants(self) -> int:
         """Bytes still needed to complete the quarter turn, if none is lost."""
         return self._decoder.wants(self._sweep.left_deg)
@@ -108,10 +118,6 @@ class ByteStream(NodeStream):
             return False
         self._count_losses()
         return True
-
-    def scan(self) -> Scan | None:
-        """As NodeStream's; also None until FreezeWatch has proven the data."""
-        return super().scan() if self._freeze.proven and not self._freeze.frozen else None
 
     def _count_losses(self) -> None:
         lost = self._decoder.dropped + self._decoder.implausible * self._unit

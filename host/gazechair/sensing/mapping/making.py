@@ -15,10 +15,12 @@ from gazechair.sensing.mapping.building.mirrors import without_mirrored
 from gazechair.sensing.mapping.building.occupancy_grid import CELL_M, box_m, occupancy_of
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.mapping.stored.home_map import MOST_CELLS, HomeMap
+from gazechair.sensing.odometry.doubts import TURNED
 
 BROKEN = "broken"  # carried, or odometry started again: later scans do not fit
 FULL = "making_full"  # too many key scans, or too large for a map
 SILENT = "silent"  # no scans from the lidars at the moment
+ASKEW = "askew"  # a lidar seems turned on its mount at the moment: so would be what it sees
 _MOST_KEYS = 3000
 _MOST_M2 = 10_000.0  # localization takes memory for each square metre
 _BORDER_M = 0.5
@@ -53,6 +55,8 @@ class Making:
             self.doubt = BROKEN
         elif len(self.keys) >= _MOST_KEYS or self._area_m2() >= _MOST_M2:
             self.doubt = FULL
+        else:
+            self.doubt = ASKEW if TURNED in looks.newest.doubts else ""
         if self.doubt:
             return False
         moved = between(self._odometry, pose)

@@ -158,14 +158,10 @@ class Odometry:
             sensor = heading_at(piece, self._reports, self._heading_rad, stepped)
             if not stepped:
                 before_rad = sensor.rad + self._state[OFFSET]
-            state, covariance = self._predict(piece.at_s, sensor.rad, sensor.known)
-            covariance[OFFSET, OFFSET] += min(step_rad**2, _STEP_FREE_RAD**2)
-            points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
+            free_rad = min(abs(step_rad), _STEP_FREE_RAD)
+            points, _, _, found = self._match(piece, sensor, sensor.known, free_rad)
             if len(points) < FEW:
                 return
-            before = self._turn.until(piece.at_s)
-            known = self._coarse, self._map
-            found = fit(*known, points, normals, state, covariance, sensor.rad, before)
             matched.append(found.matched)
             turned_rad.append(sensor.rad + found.state[OFFSET] + found.state[ERROR] - before_rad)
         if max(matched) < _MATCHED:
@@ -179,17 +175,24 @@ class Odometry:
 
     def _fit(self, piece: Piece, sensor: Heading, steady: bool) -> _Fitted:
         """Predict the motion until the piece, and correct it by the surfaces seen before."""
-        at_s, heading = piece.at_s, sensor.rad
-        state, covariance = self._predict(at_s, heading, steady)
-        points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
-        before, known = self._turn.until(at_s), (self._coarse, self._map)
-        found = fit(*known, points, normals, state, covariance, heading, before)
-        self._turn.take(at_s, found.told)
-        expected = float(state[X]), float(state[Y]), float(heading + state[OFFSET])
+        points, normals, state, found = self._match(piece, sensor, steady)
+        self._turn.take(piece.at_s, found.told)
+        expected = float(state[X]), float(state[Y]), float(sensor.rad + state[OFFSET])
         old_or_turned = self._turned_piece.judge(
             self._map, points, normals, piece.origin_m, expected, found.matched
-        ) or self._repeats(at_s, found)
+        ) or self._repeats(piece.at_s, found)
         return _Fitted(points, normals, found, old_or_turned)
+
+    def _match(
+        self, piece: Piece, sensor: Heading, steady: bool, free_rad: float = 0.0
+    ) -> tuple[FloatArray, FloatArray, FloatArray, Fit]:
+        """Points, normals, predicted state and fit; the heading is free by `free_rad` more."""
+        state, covariance = self._predict(piece.at_s, sensor.rad, steady)
+        covariance[OFFSET, OFFSET] += free_rad**2
+        points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
+        before, known = self._turn.until(piece.at_s), (self._coarse, self._map)
+        found = fit(*known, points, normals, state, covariance, sensor.rad, before)
+        return points, normals, state, found
 
     def _seen(self, piece: Piece, sensor: Heading, fitted: _Fitted, judges: bool) -> Seen:
         """What the doubts are judged by, after the state has taken the piece in."""

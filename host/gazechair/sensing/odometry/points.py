@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import MutableSequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ _LINE_M, _BEYOND = 0.05, 3.0  # off a line through neighbours; past its end, in 
 
 OLDER_S = 0.03
 """By this much a piece may be older than another lidar's; the chair's speed tells the motion."""
+_SAME_S = 1e-4
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,18 @@ class Piece:
     def at_s(self) -> float:
         """Time to which its points are moved and its estimate refers; the middle if not set."""
         return self.middle_s if self.as_of_s is None else self.as_of_s
+
+
+def taken_for(pieces: MutableSequence[Piece], time_s: float) -> Piece | None:
+    """The piece to which odometry's estimate at that time belongs, taken out of `pieces`."""
+    older_s = [time_s - piece.middle_s for piece in pieces]
+    near = [at for at, one_s in enumerate(older_s) if -_SAME_S < one_s < OLDER_S + _SAME_S]
+    if not near:
+        return None
+    at = min(near, key=lambda at: older_s[at])
+    found = pieces[at]
+    del pieces[at]
+    return found
 
 
 def seen_points(

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import json
-import logging
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from gazechair.base import health as states
 from gazechair.base import json_text
-from gazechair.base.state_folder import replace_file, set_aside
+from gazechair.base.health import Health
+from gazechair.base.state_folder import FILE_DAMAGED, replace_file
 from gazechair.service.tune.forward import ForwardNumbers
 from gazelink.settings_table import PROFILES, TABLE, index_of
 
 FILE_NAME = "forward.json"
-
-log = logging.getLogger(__name__)
+_DAMAGE = OSError, ValueError, TypeError, AttributeError, OverflowError
 
 
 class ForwardStore:
@@ -24,31 +24,48 @@ class ForwardStore:
     They are kept until that profile is tuned; a file that is damaged as a whole is set aside.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, health: Health | None = None) -> None:
+        """`folder`: the state folder; `health`: degraded while something in it is damaged."""
         self._path = folder / FILE_NAME
+        self._health = health or Health(FILE_NAME)
+        self._look()
 
     def keep(self, profile: str, numbers: ForwardNumbers) -> None:
         """Store those of `profile`, replacing older ones. Raises OSError."""
         try:
-            rows = self._rows()
+            rows, damaged = self._rows(), False
         except (ValueError, IsADirectoryError):
-            set_aside(self._path)
-            rows = {}
+            rows, damaged = {}, True
         rows[profile] = asdict(numbers)
-        replace_file(self._path, json.dumps(rows).encode())
+        replace_file(self._path, json.dumps(rows).encode(), damaged=damaged)
+        self._look()
 
     def step_ms(self, profile: int, permille: int, ramp_ms: int) -> int | None:
         """Duration of a step forward with these settings; None: that profile is not tuned."""
         try:
             row = self._rows().get(PROFILES[profile])
-            if row is None:
-                return None
-            numbers = ForwardNumbers(**{key: float(value) for key, value in row.items()})
-        except (OSError, ValueError, TypeError, AttributeError, OverflowError) as error:
-            log.error("%s: %s; steps forward last as set", self._path, error)
+            numbers = None if row is None else _numbers(row)
+        except _DAMAGE as error:
+            self._damaged(error)
+            return None
+        if numbers is None:
             return None
         most_ms = TABLE[index_of("step_forward_ms")][3]
         return numbers.step_ms(permille, ramp_ms, most_ms)
+
+    def _look(self) -> None:
+        """Tell whether all of it can be used."""
+        try:
+            for row in self._rows().values():
+                _numbers(row)
+        except _DAMAGE as error:
+            self._damaged(error)
+        else:
+            self._health.set(states.OK)
+
+    def _damaged(self, error: Exception) -> None:
+        detail = f"{self._path}: {error}; steps forward last as set"
+        self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
 
     def _rows(self) -> dict[str, Any]:
         """The file's content, not parsed further. Raises OSError; ValueError: it is damaged."""
@@ -59,3 +76,7 @@ class ForwardStore:
         if not isinstance(rows, dict):
             raise ValueError("no object of profiles")
         return rows
+
+
+def _numbers(row: Any) -> ForwardNumbers:
+    return ForwardNumbers(**{key: float(value) for key, value in row.items()})

@@ -14,6 +14,8 @@ from gazelink import codes
 from gazemeasure.turn.tuning import truth
 from tunerig import TuneRig, tune_rig
 
+pytestmark = pytest.mark.costly
+
 NEUTRAL = 170
 SENSOR_S = 0.015  # the twin's heading sensor is that late, and a telemetry sample 0..10 ms old
 

@@ -26,6 +26,8 @@ from gazemeasure.home import forward
 from measuredchair import Measured
 from tunerig import TuneRig, tune_rig
 
+pytestmark = pytest.mark.costly
+
 USUAL = [row[1] for row in TABLE]
 NUMBERS = ForwardNumbers(0.36, 0.08, 0.15, 0.3, 0.6, 1.0)
 

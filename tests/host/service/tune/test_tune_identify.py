@@ -21,6 +21,8 @@ from gazesim.chair import Chair
 from gazesim.imu_model import Imu, ImuErrors
 from gazesim.profiles import PROFILES, random_chair, undisturbed
 
+pytestmark = pytest.mark.costly
+
 PULSES = ((0.6, 0.4), (-0.6, 0.4), (1.0, 0.5), (-1.0, 0.6), (-0.5, 0.9), (0.3, 1.1), (1.0, 0.6))
 
 

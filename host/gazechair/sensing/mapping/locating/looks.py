@@ -12,9 +12,8 @@ from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between
 from gazechair.sensing.mapping.locating.map_match import Look, together
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.points import OLDER_S, Piece, seen_points
+from gazechair.sensing.odometry.points import Piece, seen_points, taken_for
 
-_SAME_S = 1e-4
 _TURN_S = 0.11  # of a lidar, with some slack
 _KEPT = 16  # pieces: of four lidars
 
@@ -44,13 +43,10 @@ class Looks:
         """Take an estimate; True: `seen` gives what was seen at its pose."""
         if self._known and self._known[-1][1].track != estimate.track:
             self._known.clear()
-        older_s = [estimate.time_s - piece.middle_s for piece in self._pieces]
-        near = [at for at, one_s in enumerate(older_s) if -_SAME_S < one_s < OLDER_S + _SAME_S]
-        if not near:
+        piece = taken_for(self._pieces, estimate.time_s)
+        if piece is None:
             return False
-        at = min(near, key=lambda at: older_s[at])
-        self._known.append((replace(self._pieces[at], as_of_s=estimate.time_s), estimate))
-        del self._pieces[at]
+        self._known.append((replace(piece, as_of_s=estimate.time_s), estimate))
         return True
 
     @property

@@ -56,7 +56,7 @@ def unpack(data: bytes) -> HomeMap:
         raise RosMapError("map_file_yaml", f"there are {len(yamls)} files *.yaml, not 1")
 
     def beside(name: str) -> bytes:
-        found = files.get(str(PurePosixPath(name)))
+        found = files.get(PurePosixPath(name).name)
         if found is None:
             raise FileNotFoundError(errno.ENOENT, "it is not in the zip file", name)
         return found

@@ -29,6 +29,8 @@ _MOST_M2, _MOST_SIDE_M = 10_000.0, 500.0  # localization takes memory for each s
 _SKIN_M = 0.05  # of a solid: deeper cells are inside it
 _SURE = 10  # key scans that an imported cell stands for
 _NUMBER = re.compile(rb"(?:\s|#[^\n]*\n)*([0-9]{1,9})(?=[\s#])")
+_COMMENT = re.compile(r"(?:^|(?<=\s))#.*", re.MULTILINE)
+_LIST = re.compile(r"\[[^\]]*\]")
 
 Beside = Callable[[str], bytes]
 """Content of the named file in the folder of `map.yaml`. Raises OSError."""
@@ -162,7 +164,11 @@ def _content(path: Path) -> bytes:
 
 
 def _beside(path: Path) -> Beside:
-    return lambda name: (path.parent / name).read_bytes()
+    def content(name: str) -> bytes:
+        named = path.parent / name  # ROS's saver writes the path as it was typed
+        return (named if named.exists() else path.parent / named.name).read_bytes()
+
+    return content
 
 
 def _unread(name: str, error: OSError, reason: str) -> RosMapError:
@@ -213,11 +219,12 @@ def _mode(mode: str) -> str:
 
 
 def _fields(text: str) -> dict[str, str]:
-    """Values by key; lines "- x" below a key are joined by commas."""
+    """Values by key; lines "- x" below a key are joined by commas, lines within [] by spaces."""
     found: dict[str, str] = {}
     last = ""
+    text = _LIST.sub(lambda found: " ".join(found[0].split()), _COMMENT.sub("", text))
     for line in text.splitlines():
-        plain = line.split("#")[0].strip()
+        plain = line.strip()
         if plain.startswith("- "):
             found[last] = ",".join(filter(None, (found.get(last), plain[2:].strip())))
             continue
