@@ -214,14 +214,17 @@ class Person:
         return None
 
     def _sure(self, mine: Track, at_s: float) -> bool:
-        """True if it has a leg that is certainly the person's.
+        """True if it has a leg that is certainly the person's; both, after a scan without one.
 
         Where something hides a part of them, its edge or another's leg is easily taken for theirs.
         """
         own = any(
             leg.alone and self._off_m(leg.x_m, leg.y_m, at_s) < _OWN_LEG_M for leg in mine.legs
         )
-        return own and (not self._doubted or self._off_m(*mine.at_m, at_s) < _PARTLY_M)
+        if not own or not self._doubted:
+            return own
+        both = len(mine.legs) > 1 or mine.legs[0].wide
+        return both and self._off_m(*mine.at_m, at_s) < _PARTLY_M
 
     def _partly(self, mine: Track, at_s: float) -> bool:
         """True if its legs, though not certainly the person's, are where the person should be."""
