@@ -88,6 +88,8 @@ class PersonFollower:
             self._follows = True
             self._trail.begin(pose)
         at_m = (track.x_m, track.y_m)
+        if not self._person.certain(at_s):
+            return Followed(state, self._trail.coast(dt_s), None)
         if not track.legs or track.contested:
             return Followed(state, self._trail.coast(dt_s), at_m)
         self._trail.walked(*at_m)

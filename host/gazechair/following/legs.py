@@ -37,13 +37,14 @@ class Scan:
 class Cluster:
     """Returns that belong together. `wide`: too wide for one leg, such as a skirt.
 
-    `whole`: nothing nearer hides a part of it.
+    `whole`: nothing nearer hides a part of it. `alone`: nor does it touch the background.
     """
 
     x_m: float
     y_m: float
     wide: bool
     whole: bool
+    alone: bool
 
 
 def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) -> list[Cluster]:
@@ -65,12 +66,14 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
     width = np.hypot(ends[:, 0], ends[:, 1]) * (count + 1) / np.maximum(count, 1)
     away = middle - origin_m
     range_m = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-6)
-    first, last = at[begins], at[begins + count - 1]
-    nearer = np.minimum(
-        ranges[np.maximum(first - 1, 0)] - ranges[first],
-        ranges[np.minimum(last + 1, len(ranges) - 1)] - ranges[last],
-    )
-    whole = nearer > -_NEARER_M
+    whole = np.ones(len(begins), dtype=np.bool_)
+    alone = whole.copy()
+    for end, step_to in ((at[begins], -1), (at[begins + count - 1], 1)):
+        beside = np.clip(end + step_to, 0, len(ranges) - 1)
+        whole &= ranges[beside] - ranges[end] > -_NEARER_M
+        off = points_m[beside] - points_m[end]
+        near = np.hypot(off[:, 0], off[:, 1]) <= _GAP_M + _GAP_PER_M * ranges[end]
+        alone &= whole & (foreground[beside] | ~near)
     least = np.where(range_m > _FAR_M, _LEAST_FAR_POINTS, _LEAST_POINTS)
     chosen = np.flatnonzero((count >= least) & (width >= _THIN_M) & (width <= _PERSON_M))
     # A wide part that shows between two nearer things may be a wall.
@@ -79,6 +82,12 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
     behind = np.minimum(_BEHIND_SHARE * width, _BEHIND_MOST_M) / range_m
     middle = middle + away * behind[:, None]
     return [
-        Cluster(float(middle[k, 0]), float(middle[k, 1]), bool(width[k] > _LEG_M), bool(whole[k]))
+        Cluster(
+            float(middle[k, 0]),
+            float(middle[k, 1]),
+            bool(width[k] > _LEG_M),
+            bool(whole[k]),
+            bool(alone[k]),
+        )
         for k in chosen
     ]

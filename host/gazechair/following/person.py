@@ -19,6 +19,8 @@ from gazechair.following.tracks import Track
 
 HIDDEN_S = 0.25
 """After this long without a certain sighting the chair stops."""
+PARTLY_S = 0.35
+"""After this long with legs seen only in part the chair stops, too."""
 LOST_S = 1.0
 """After this long without one the person must be chosen again."""
 _FRONT_M = (0.8, 1.6)
@@ -31,6 +33,7 @@ _LOOK_FAR_M = 4.5
 _ALONE_M = 0.7
 _TOUCH_M, _TOUCHES = 0.42, 2
 _JUMP_M = 0.30
+_OWN_LEG_M, _PARTLY_M = 0.30, 0.15
 _BACK_M, _BACK_M_PER_S = 0.18, 0.25
 _BACK_M_S = 0.5
 _BACK_LOOKS, _BACK_S = 4, 0.5
@@ -83,6 +86,8 @@ class Person:
         """By track number: since when it has been where the chosen person should be, s."""
         self._last = _Left(0.0, 0.0, 0.0, 0.0, 0.0)
         self._touches = 0
+        self._doubted = False
+        """The scan before showed no certain sight of the person."""
         self._others: list[_Left] = []
 
     def choose(self, at_s: float, bearing_rad: float | None = None) -> None:
@@ -182,7 +187,7 @@ class Person:
             self._take(nearest)
 
     def _take(self, track: Track) -> None:
-        self.state, self.track, self._touches = State.FOLLOWS, track, 0
+        self.state, self.track, self._touches, self._doubted = State.FOLLOWS, track, 0, False
         self._last = _Left.of(track)
 
     # -- keeping -----------------------------------------------------------------------------------
@@ -195,17 +200,42 @@ class Person:
         else:
             self._touches = 0
         gone = mine not in tracks  # ended as a double, with the legs of its last scan
-        seen = bool(mine.legs) and not mine.contested and not gone
+        seen = self._sure(mine, at_s) and not mine.contested and not gone
+        self._doubted = not seen
         jumped = seen and mine.off_m > _JUMP_M
         if self._touches >= _TOUCHES or jumped:
             self.state, self.track = State.UNSURE, None
             return None
         if seen:
             self._last = _Left.of(mine)
-        elif gone or at_s - self._last.at_s > HIDDEN_S:
+        elif gone or at_s - self._last.at_s > (LOST_S if self._partly(mine, at_s) else HIDDEN_S):
             self.state, self.track = State.HIDDEN, None
             return mine
         return None
+
+    def _sure(self, mine: Track, at_s: float) -> bool:
+        """True if it has a leg that is certainly the person's; both, after a scan without one.
+
+        Where something hides a part of them, its edge or another's leg is easily taken for theirs.
+        """
+        own = any(
+            leg.alone and self._off_m(leg.x_m, leg.y_m, at_s) < _OWN_LEG_M for leg in mine.legs
+        )
+        if not own or not self._doubted:
+            return own
+        both = len(mine.legs) > 1 or mine.legs[0].wide
+        return both and self._off_m(*mine.at_m, at_s) < _PARTLY_M
+
+    def _partly(self, mine: Track, at_s: float) -> bool:
+        """True if its legs, though not certainly the person's, are where the person should be."""
+        if not mine.legs or mine.contested:
+            return False
+        stands = self._last.to(*mine.at_m) < _OWN_LEG_M
+        return stands or self._off_m(*mine.at_m, at_s) < _PARTLY_M
+
+    def certain(self, at_s: float) -> bool:
+        """True if the person was seen with certainty lately: else the chair stands."""
+        return at_s - self._last.at_s < PARTLY_S
 
     def _find(self, tracks: Sequence[Track], at_s: float) -> None:
         """Look for the hidden person where and as expected."""
@@ -226,11 +256,18 @@ class Person:
 
     def _expected(self, one: Track) -> bool:
         """True if it appeared soon enough where the person was expected."""
-        later_s = one.born_s - self._last.at_s
+        return one.born_s - self._last.at_s <= LOST_S and self._there(*one.first_m, one.born_s)
+
+    def _there(self, x_m: float, y_m: float, at_s: float) -> bool:
+        """True if the person may be there at that time."""
+        return self._off_m(x_m, y_m, at_s) < _BACK_M + _BACK_M_PER_S * (at_s - self._last.at_s)
+
+    def _off_m(self, x_m: float, y_m: float, at_s: float) -> float:
+        """Distance from where the person should be, by their last certain sight."""
+        later_s = at_s - self._last.at_s
         x = self._last.x_m + self._last.vx_m_s * later_s
         y = self._last.y_m + self._last.vy_m_s * later_s
-        off_m = math.hypot(one.first_m[0] - x, one.first_m[1] - y)
-        return later_s <= LOST_S and off_m < _BACK_M + _BACK_M_PER_S * later_s
+        return math.hypot(x_m - x, y_m - y)
 
     def _nobody_else(self, one: Track, tracks: Sequence[Track]) -> bool:
         """True if nobody else is near or could have come there unseen."""

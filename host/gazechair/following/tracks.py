@@ -78,6 +78,13 @@ class Track:
         """True for a thing that has stood for a while, or a person who has not walked yet."""
         return not self.walked and self.looks >= _STILL_LOOKS and self.speed_m_s < _STILL_M_S
 
+    @property
+    def at_m(self) -> tuple[float, float]:
+        """The middle of its legs in the last scan, which showed some."""
+        x = sum(leg.x_m for leg in self.legs) / len(self.legs)
+        y = sum(leg.y_m for leg in self.legs) / len(self.legs)
+        return x, y
+
     def to(self, x_m: float, y_m: float) -> float:
         """Distance to a point, m."""
         return math.hypot(self.x_m - x_m, self.y_m - y_m)
@@ -126,8 +133,7 @@ class Track:
 
     def correct(self, at_s: float) -> None:
         """Correct its state by its legs in this scan."""
-        x = sum(leg.x_m for leg in self.legs) / len(self.legs)
-        y = sum(leg.y_m for leg in self.legs) / len(self.legs)
+        x, y = self.at_m
         shape = _shape(self.legs)
         sigma = _ONE_SIGMA_M
         if shape:

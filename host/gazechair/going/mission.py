@@ -394,5 +394,6 @@ class Mission:
 
     def _refuse(self, pose: Pose, turns: bool, shut: bool) -> None:
         """Record that the board refuses this pose, and plan again."""
-        self._refused.add(pose, turns, shut)
+        person = not turns and not shut and self._may_be_person(pose)
+        self._refused.add(pose, turns, shut, person)
         self._ask_plan(drives_on=True)

@@ -24,11 +24,14 @@ class Refusals:
         """Whether a path that meets the newest refusal again is still worth a try."""
         return bool(self._refused) and self._refused[-1].price_s < _SHUT_S
 
-    def add(self, pose: Pose, turns: bool, shut: bool) -> None:
-        """Record that the board refuses to turn, or to drive on; `shut`: waiting was in vain."""
+    def add(self, pose: Pose, turns: bool, shut: bool, person: bool = False) -> None:
+        """Record that the board refuses to turn, or to drive on; `shut`: waiting was in vain.
+
+        `person`: it stands before what may be a person.
+        """
         again = any(self._same(one, pose, turns) for one in self._refused)
         price_s = _SHUT_S if shut or again else _AGAIN_S
-        self._refused.append(Refused(*pose, turns, price_s))
+        self._refused.append(Refused(*pose, turns, price_s, person))
 
     def shut_before(self, pose: Pose, turns: bool) -> bool:
         """Whether this pose was shut already before the newest refusal."""

@@ -58,6 +58,8 @@ class Refused:
     turns: bool
     price_s: float
     """Cost of trying it again."""
+    person: bool = False
+    """It stands before what may be a person: from farther back, it meets them again."""
 
     @property
     def pose(self) -> Pose:
@@ -140,8 +142,8 @@ class Smoother:
         total = sum(least_s) + sum(corners_s)
         if self._refused:
             total += sum(
-                refused_s(self._refused, points[k], heading)
-                for k, heading in enumerate(headings)
+                refused_s(self._refused, a, heading, math.dist(a, b))
+                for k, ((a, b), heading) in enumerate(zip(legs, headings, strict=True))
                 if k or not self._backward
             )
         for (a, b), least in zip(legs, least_s, strict=True):
@@ -277,14 +279,23 @@ def turn_refused(refused: Sequence[Refused], at: FloatArray | Point) -> bool:
     )
 
 
-def refused_s(refused: Sequence[Refused], at: FloatArray | Point, heading_rad: float) -> float:
-    """Seconds that going on near a refused pose costs; 0: none is near."""
+def refused_s(
+    refused: Sequence[Refused], at: FloatArray | Point, heading_rad: float, length_m: float = 0.0
+) -> float:
+    """Seconds that going on near a refused pose costs; 0: none is near. `length_m`: how far."""
+    ux, uy = math.cos(heading_rad), math.sin(heading_rad)
+
+    def near(one: Refused) -> bool:
+        x, y = one.x_m - at[0], one.y_m - at[1]
+        along = min(max(ux * x + uy * y, 0.0), length_m if one.person else 0.0)
+        return math.hypot(x - along * ux, y - along * uy) < _REFUSED_M
+
     return max(
         (
             one.price_s
             for one in refused
             if not one.turns
-            and math.hypot(one.x_m - at[0], one.y_m - at[1]) < _REFUSED_M
+            and near(one)
             and abs(math.remainder(heading_rad - one.heading_rad, 2.0 * math.pi)) < _REFUSED_RAD
         ),
         default=0.0,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -102,7 +104,7 @@ def test_a_scan_without_the_person_costs_a_little_speed_only() -> None:
 
 def test_a_person_whose_track_ended_as_a_double_is_out_of_sight() -> None:
     person = Person(0.65, needs_steps=False)
-    legs_of_it = [Cluster(1.85, side * 0.09, False, True) for side in (1.0, -1.0)]
+    legs_of_it = [Cluster(1.85, side * 0.09, False, True, True) for side in (1.0, -1.0)]
     track = Track(1, 1.85, 0.0, 0.0, looks=9, shapes=9, legs=legs_of_it)
     person.choose(0.0, 0.0)
     states = {}
@@ -177,3 +179,22 @@ def test_one_who_crosses_between_is_never_followed() -> None:
         said = scene.look([*legs((1.85, 0.0)), *legs((1.2, 2.0 - 0.1 * k), 0.1 * k, 1.57)])
         if said.person_m is not None:
             assert said.person_m == pytest.approx((1.85, 0.0), abs=0.2)
+
+
+@pytest.mark.parametrize(("pillar_m", "x_m", "beyond_m"), [(2.7, 3.35, 0.45), (2.9, 3.35, 0.45)])
+def test_another_who_comes_out_where_the_person_hides_is_not_followed(
+    pillar_m: float, x_m: float, beyond_m: float
+) -> None:
+    scene = Scene()
+    pillar: list[Disc] = [(pillar_m, -0.45, 0.25)]
+    assert scene.comes(pillar).state is State.FOLLOWS
+    walk = [(1.85 + (x_m - 1.85) * k / 20.0, 0.5 * k / 20.0) for k in range(21)]
+    walk += [(x_m, 0.5 - 0.06 * k) for k in range(1, 17)]  # behind the pillar, and stays there
+    for k in range(len(walk) + 30):
+        person = walk[min(k, len(walk) - 1)]
+        up = min(max((k - len(walk) + 5) / 7.0, 0.0), 1.0)
+        other = (x_m + beyond_m - 0.1 * up, -0.5 + 0.45 * up)  # from behind it, beside its edge
+        said = scene.look([*legs(person, 0.06 * k, -1.57), *legs(other, 0.3 * up, 1.57), *pillar])
+        if k >= len(walk) + 5:
+            assert said.request == STOP
+            assert said.person_m is None or math.dist(said.person_m, person) < 0.35

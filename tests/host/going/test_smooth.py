@@ -9,7 +9,7 @@ import pytest
 
 from gazechair.going.costmap import Costmap
 from gazechair.going.plan import Planner, Way
-from gazechair.going.smooth import Smoother
+from gazechair.going.smooth import Refused, Smoother
 from goingrig import TWO_ROOMS, floor
 
 CLUTTER = (*TWO_ROOMS, (2.2, 0.0, 2.8, 1.2), (5.2, 2.6, 5.8, 4.0), (2.4, 3.0, 2.6, 3.2))
@@ -70,3 +70,15 @@ def test_in_a_hurry_where_removing_vertices_is_not_enough_they_are_moved() -> No
     for turned in (0.0, 0.3, -0.4, 1.2):
         found = planner.plan((1.5, 2.0, turned), (6.5, 2.0, math.pi / 2), (), True)
         assert isinstance(found, Way)
+
+
+def test_backing_off_saves_no_wait_before_what_may_be_a_person() -> None:
+    points = [np.array(one) for one in ((4.0, 2.0), (3.6, 2.0), (5.0, 2.0))]
+
+    def cost_s(*refused: Refused) -> float:
+        smooth = Smoother(floor(), 0.0, None, True, refused)
+        return smooth(points, fixed=2, fixed_end=1)[2]
+
+    here = 4.0, 2.0, 0.0
+    assert cost_s(Refused(*here, False, 12.0)) == pytest.approx(cost_s())
+    assert cost_s(Refused(*here, False, 12.0, person=True)) == pytest.approx(cost_s() + 12.0)
