@@ -298,6 +298,12 @@ def test_nothing_on_a_viewers_page_moves(page, host, language):
     assert not life.moved, "\n".join(life.moved)
 
 
+def advice_y(page):
+    """Where the advice of the message begins, once there is one."""
+    page.wait_for_selector("#answer[data-kind=error]")
+    return page.evaluate("document.querySelector('#answer .do').getBoundingClientRect().y")
+
+
 def test_nothing_on_the_pairing_page_moves(page, host, language):
     host.replies["GET /me"] = 401, {"reason": "not_paired", "detail": ""}
     host.replies["POST /pair"] = 403, {"reason": "wrong_code", "detail": ""}
@@ -305,20 +311,22 @@ def test_nothing_on_the_pairing_page_moves(page, host, language):
     wait_until(lambda: page.evaluate("document.activeElement?.id") == "code", "the page")
     moved = take(page)
     page.keyboard.press("Enter")
-    page.wait_for_selector("#answer[data-kind=error]")
+    advice = [advice_y(page)]
     moved += take(page)
     page.keyboard.type("AAAA-AAAA")
     page.keyboard.press("Enter")
     wait_until(lambda: host.posted, "the code")
     page.wait_for_selector("#go:enabled")  # before, Enter sends nothing
+    advice.append(advice_y(page))
     moved += take(page)
     wait = {"reason": "too_many_guesses", "detail": "", "wait_s": 3}
     host.replies["POST /pair"] = 429, wait
     page.keyboard.press("Enter")
     # The request itself disables it, too.
-    page.wait_for_selector("#answer[data-kind=error]")
+    advice.append(advice_y(page))
     assert page.locator("#go").is_disabled()
     moved += take(page)
     page.evaluate("spied.run(4500)")
     moved += take(page)
     assert not moved, moved
+    assert len(set(advice)) == 1, advice
