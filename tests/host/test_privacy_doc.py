@@ -31,8 +31,8 @@ def test_every_file_of_the_state_folder_is_listed() -> None:
         found |= set(names)
         # A module that writes a file names it so, else this test would not know of it. The
         # hotspot's is NetworkManager's.
-        others = path.name in ("state_folder.py", "hotspot.py")
-        if re.search(r"\breplace_file\(", text) and not others:
+        others = path.name in ("state_folder.py", "state_file.py", "hotspot.py")
+        if re.search(r"\b(replace_file|StateFile)\(", text) and not others:
             assert names or path.is_relative_to(MAPPING), path
     found.add(str(hotspot._file(hotspot.FOLDER)))
     assert len(found) >= 15

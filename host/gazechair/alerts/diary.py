@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.alerts.book import OVER
-from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT, replace_file
+from gazechair.base.state_file import StateFile
 
 FILE_NAME = "alerts.jsonl"
 PART = "alert_diary"  # of the host's health
@@ -23,25 +22,23 @@ class Diary:
 
     def __init__(self, folder: Path, health: Health | None = None) -> None:
         """`folder`: the state folder; `health`: degraded while the file cannot be used."""
-        self._path = folder / FILE_NAME
-        self._health = health or Health(PART)
-        self._damaged = False
+        self._file = StateFile(folder / FILE_NAME, health or Health(PART))
 
     @property
     def problem(self) -> str:
         """Which alerts are not known, or not kept, in one line; "" when all are."""
-        return self._health.detail
+        return self._file.problem
 
     def read(self) -> list[dict[str, Any]]:
         """Every alert that can be read."""
         try:
             # Of the ends of lines that Python knows, JSON escapes only some.
-            with self._path.open(encoding="utf-8-sig", errors="replace", newline="\n") as file:
+            with self._file.path.open(encoding="utf-8-sig", errors="replace", newline="\n") as file:
                 lines = list(file)
         except FileNotFoundError:
             lines = []
         except OSError as error:
-            self._tell_damage(f"cannot be read ({error.strerror})")
+            self._file.damaged(f"cannot be read ({error.strerror})")
             return []
         found = []
         for line in lines:
@@ -52,9 +49,9 @@ class Diary:
             if isinstance(row, dict):
                 found.append(row)
         if len(found) < len(lines):
-            self._tell_damage(f"{len(lines) - len(found)} damaged lines are left out")
+            self._file.damaged(f"{len(lines) - len(found)} damaged lines are left out")
         else:
-            self._health.set(states.OK)
+            self._file.sound()
         return found
 
     def write(self, rows: Iterable[Mapping[str, Any]]) -> bool:
@@ -68,18 +65,11 @@ class Diary:
             first = next((at for at, (_, over) in enumerate(kept) if over), 0)
             size -= len(kept.pop(first)[0])
         try:
-            replace_file(self._path, b"".join(line for line, _ in kept), damaged=self._damaged)
+            self._file.replace(b"".join(line for line, _ in kept))
         except OSError as error:
-            detail = f"{self._path}: {error.strerror}; alerts are not kept"
-            self._health.set(states.DEGRADED, NOT_KEPT, detail)
+            self._file.not_kept(error, "alerts are not kept")
             return False
-        self._damaged = False
-        self._health.set(states.OK)
         return True
-
-    def _tell_damage(self, what: str) -> None:
-        self._damaged = True
-        self._health.set(states.DEGRADED, FILE_DAMAGED, f"{self._path}: {what}")
 
 
 def _line(row: Mapping[str, Any]) -> bytes:

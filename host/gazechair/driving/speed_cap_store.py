@@ -5,9 +5,8 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
-from gazechair.base import health as states
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT, replace_file
+from gazechair.base.state_file import StateFile
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 
 FILE_NAME = "speed_cap"
@@ -22,9 +21,8 @@ class SpeedCapStore:
 
     def __init__(self, folder: Path | None, health: Health | None = None) -> None:
         """`folder` None: kept in memory only; `health`: degraded while the cap is not stored."""
-        self._path = None if folder is None else folder / FILE_NAME
-        self._health = health or Health(PART)
-        self._health.set(states.OK)
+        health = health or Health(PART)
+        self._file = None if folder is None else StateFile(folder / FILE_NAME, health)
         self._lock = threading.Lock()
         self._newest: int | None = None  # to be written
         self._wanted = threading.Event()
@@ -47,15 +45,14 @@ class SpeedCapStore:
 
         A file that cannot be parsed counts as the lowest cap; health is degraded until one is set.
         """
-        if self._path is None:
+        if self._file is None:
             return _NONE
         try:
-            permille = int(self._path.read_text(encoding="utf-8-sig"))
+            permille = int(self._file.path.read_text(encoding="utf-8-sig"))
         except FileNotFoundError:
             return _NONE
         except (OSError, ValueError) as error:
-            detail = f"{self._path}: {error}; the lowest speed cap is in force"
-            self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
+            self._file.damaged(f"{error}; the lowest speed cap is in force")
             return LOWEST_CAP_PERMILLE
         return max(LOWEST_CAP_PERMILLE, min(permille, _NONE))
 
@@ -69,17 +66,14 @@ class SpeedCapStore:
         """Write the newest cap; one that cannot be stored is active anyway, and is tried again."""
         with self._lock:
             permille, self._newest = self._newest, None
-        if self._path is None or permille is None:
+        if self._file is None or permille is None:
             return
         try:
-            replace_file(self._path, f"{permille}\n".encode())
+            self._file.replace(f"{permille}\n".encode())
         except OSError as error:
             with self._lock:
                 self._newest = permille if self._newest is None else self._newest
-            detail = f"{self._path}: {error.strerror}; the speed cap ends with this host"
-            self._health.set(states.DEGRADED, NOT_KEPT, detail)
-        else:
-            self._health.set(states.OK)
+            self._file.not_kept(error, "the speed cap ends with this host")
 
     def _run(self) -> None:
         stopping = False

@@ -13,10 +13,9 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT, replace_file
+from gazechair.base.state_file import StateFile
 from gazechair.config.rules import Arc, arcs
 from gazechair.config.settings import LidarConfig
 from gazechair.driving.error_handler import FIRST_DRIVE
@@ -33,22 +32,18 @@ class Record:
 
     def __init__(self, folder: Path | None, health: Health | None = None) -> None:
         """`folder` None: kept in memory only; `health`: degraded while the file cannot be used."""
-        self._health = health or Health(FIRST_DRIVE)
-        self._health.set(states.OK)
-        self._path = None if folder is None else folder / FILE_NAME
+        health = health or Health(FIRST_DRIVE)
+        self._file = None if folder is None else StateFile(folder / FILE_NAME, health)
         self._found: dict[str, Any] = {}
-        self._damaged = False
         self._writing = threading.Lock()
-        if self._path is not None:
+        if self._file is not None:
             try:
-                found = dict(json_text.parse(self._path.read_text(encoding="utf-8")))
+                found = dict(json_text.parse(self._file.path.read_text(encoding="utf-8")))
                 self._found = {step: found[step] for step in found if _sound(step, found[step])}
             except (FileNotFoundError, NotADirectoryError):
                 pass
             except (OSError, ValueError, TypeError) as error:
-                detail = f"{self._path}: {error}; the first drive begins anew"
-                self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
-                self._damaged = True
+                self._file.damaged(f"{error}; the first drive begins anew")
 
     def get(self, step: str) -> Any:
         """The result of `step`; None: none yet."""
@@ -57,23 +52,18 @@ class Record:
     def keep(self, step: str, found: Any) -> None:
         """Store it; what the disk does not take counts all the same, and is tried again."""
         self._found = {**self._found, step: found}
-        if self._path is not None:
-            self._write(self._path)
+        if self._file is not None:
+            self._write(self._file)
 
-    def _write(self, path: Path) -> None:
+    def _write(self, file: StateFile) -> None:
         try:
             with self._writing:
-                content = json.dumps(self._found, indent=1).encode()
-                replace_file(path, content, damaged=self._damaged)
-                self._damaged = False
+                file.replace(json.dumps(self._found, indent=1).encode())
         except OSError as error:
-            detail = f"{path}: {error.strerror}; what was found ends with this host"
-            self._health.set(states.DEGRADED, NOT_KEPT, detail)
-            again = threading.Timer(_WRITE_AGAIN_S, self._write, (path,))
+            file.not_kept(error, "what was found ends with this host")
+            again = threading.Timer(_WRITE_AGAIN_S, self._write, (file,))
             again.daemon = True
             again.start()
-        else:
-            self._health.set(states.OK)
 
     def masked(self, lidars: tuple[LidarConfig, ...]) -> tuple[LidarConfig, ...]:
         """`lidars` with the masks learned on the phone, where the configuration has not changed

@@ -8,10 +8,9 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file
+from gazechair.base.state_file import StateFile
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_calibration import RESIDUAL_M, SIGMA_M, Calibration
 
@@ -26,23 +25,22 @@ class FloorStore:
 
     def __init__(self, folder: Path, health: Health | None = None) -> None:
         """`folder`: the state folder; `health`: degraded while the file is damaged."""
-        self._path = folder / FILE_NAME
-        self._health = health or Health(FILE_NAME)
+        self._file = StateFile(folder / FILE_NAME, health or Health(FILE_NAME))
         self._seen: tuple[int, int] | None = None
         self._known: Calibration | None = None
         self.get()
 
     def keep(self, calibration: Calibration) -> None:
         """Replace the older one. Raises OSError."""
-        replace_file(self._path, json.dumps(asdict(calibration), indent=1).encode())
+        self._file.replace(json.dumps(asdict(calibration), indent=1).encode())
 
     def get(self) -> Calibration | None:
         """The newest; None: the camera is not calibrated. Reads the file only after a change."""
         try:
-            status = self._path.stat()
+            status = self._file.path.stat()
         except FileNotFoundError:
             self._seen = self._known = None
-            self._health.set(states.OK)
+            self._file.sound()
             return None
         except OSError as error:
             self._seen = self._known = None
@@ -55,7 +53,7 @@ class FloorStore:
 
     def _read(self) -> Calibration | None:
         try:
-            found = json_text.parse(self._path.read_bytes())
+            found = json_text.parse(self._file.path.read_bytes())
             rows = found["camera"]
             values: dict[str, Any] = {name: float(rows[name]) for name in _NAMES}
             camera = FloorCamera(**values | {name: int(rows[name]) for name in _PIXELS})
@@ -65,12 +63,11 @@ class FloorStore:
         except _DAMAGE as error:
             self._damaged(error)
             return None
-        self._health.set(states.OK)
+        self._file.sound()
         return calibration
 
     def _damaged(self, error: Exception) -> None:
-        detail = f"{self._path}: {error}; the camera counts as not calibrated"
-        self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
+        self._file.damaged(f"{error}; the camera counts as not calibrated")
 
 
 def _sound(one: Calibration) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from gazechair.base import state_file
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.base.state_folder import replace_file
 from gazechair.config.settings import Config
@@ -59,7 +60,7 @@ def test_a_disk_that_hangs_does_not_delay_a_stop(
         hangs.set()
         assert gate.wait(60)
 
-    monkeypatch.setattr(speed_cap_store, "replace_file", hang)
+    monkeypatch.setattr(state_file, "replace_file", hang)
     control = host(tmp_path)
     control.start()
     caretaker = control.connect("caretaker")
@@ -111,13 +112,13 @@ def test_a_cap_that_is_not_stored_is_told_to_the_caretaker_and_tried_again(
 ) -> None:
     full = [True]
 
-    def write(path: Path, content: bytes) -> None:
+    def write(path: Path, content: bytes, *_: object) -> None:
         if full[0]:
             raise OSError(errno.ENOSPC, "No space left on device")
         replace_file(path, content)
 
     monkeypatch.setattr(speed_cap_store, "_WRITE_AGAIN_S", 0.05)
-    monkeypatch.setattr(speed_cap_store, "replace_file", write)
+    monkeypatch.setattr(state_file, "replace_file", write)
     control = host(tmp_path)
     control.start()
     pages = [control.connect(role) for role in ("caretaker", "driver")]

@@ -9,10 +9,9 @@ import secrets
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from gazechair.base import health as states
 from gazechair.base import json_text
-from gazechair.base.health import Health
-from gazechair.base.state_folder import replace_file
+from gazechair.base.health import LOST, Health
+from gazechair.base.state_file import StateFile
 
 FILE_NAME = "paired.jsonl"
 PART = "devices"  # of the host's health
@@ -57,25 +56,21 @@ class DeviceStore:
         stays where it is until a device is paired. `health` tells of both until then.
         """
         self._path = folder / FILE_NAME
-        self._health = health or Health(PART)
         self._devices: dict[str, Device] = {}
         self._strange: list[str] = []
-        self._unread = False
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except FileExistsError:
             raise StoreError(f"{folder} is no folder; move it away") from None
         except OSError as error:
             raise StoreError(f"{folder}: {error.strerror}; who owns the folder?") from None
-        self._health.set(states.OK)
+        self._file = StateFile(self._path, health or Health(PART), DAMAGED)
         try:
             text = self._path.read_text(encoding="utf-8-sig", errors="replace")
         except FileNotFoundError:
             return
         except OSError as error:
-            self._unread = True
-            detail = f"{self._path}: {error.strerror}; no device is known, pair them again"
-            self._health.set(states.LOST, DAMAGED, detail)
+            self._file.damaged(f"{error.strerror}; no device is known, pair them again", LOST)
             return
         self._read(text)
 
@@ -90,15 +85,13 @@ class DeviceStore:
             else:
                 self._devices[device.id] = device
         if self._strange:
-            detail = (
-                f"{self._path}: {len(self._strange)} damaged lines; what is missing, pair again"
-            )
-            self._health.set(states.DEGRADED, DAMAGED, detail)
+            what = f"{len(self._strange)} damaged lines; what is missing, pair again"
+            self._file.damaged(what, aside=False)
 
     @property
     def problem(self) -> str:
         """Which devices are not known, in one line; "" when all are."""
-        return self._health.detail
+        return self._file.problem
 
     def all(self) -> list[Device]:
         """Every device, oldest first."""
@@ -141,12 +134,10 @@ class DeviceStore:
         text = "".join(line + "\n" for line in self._strange + lines)
         try:
             # Whoever gives an unread one back its owner has every device again.
-            replace_file(self._path, text.encode("utf-8", "replace"), durable, self._unread)
+            self._file.replace(text.encode("utf-8", "replace"), durable)
         except OSError as error:
             raise StoreError(f"{self._path}: {error.strerror}; is the disk full?") from None
-        self._devices, self._unread = devices, False
-        if durable:
-            self._health.set(states.OK)
+        self._devices = devices
 
 
 def _parse(line: str) -> Device | None:

@@ -10,10 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file
+from gazechair.base.state_file import StateFile
 from gazechair.people.profiles.fields import Field, Profile, ProfileRefused, check_whole
 
 FILE_NAME = "profiles.json"
@@ -35,9 +34,8 @@ class Profiles:
         A file that can't be read is kept as a copy when a profile is stored; `health`: degraded
         until then.
         """
-        self._health = health or Health(PROFILES)
-        self._health.set(states.OK)
-        self._path = None if folder is None else folder / FILE_NAME
+        health = health or Health(PROFILES)
+        self._file = None if folder is None else StateFile(folder / FILE_NAME, health)
         self._fields = dict(fields)
         self._lock = threading.Lock()
         self._changing = threading.Lock()  # held while writing to disk; readers do not wait
@@ -45,9 +43,8 @@ class Profiles:
         self._profiles: dict[str, Profile] = {}
         self._chosen = ""
         self._kept = False
-        self._damaged = False
-        if self._path is not None:
-            self._read(self._path)
+        if self._file is not None:
+            self._read(self._file)
         if not self._profiles:
             self._profiles["1"] = {name: field.default for name, field in self._fields.items()}
         if self._chosen not in self._profiles:
@@ -103,10 +100,8 @@ class Profiles:
                 chosen = chosen if chosen in profiles else next(iter(profiles))
             else:
                 raise ProfileRefused("bad_message", f"{kind} is none of choose, save, create")
-            if self._path is not None:
-                _write(self._path, {"chosen": chosen, "profiles": profiles}, self._damaged)
-                self._damaged = False
-                self._health.set(states.OK)
+            if self._file is not None:
+                _write(self._file, {"chosen": chosen, "profiles": profiles})
             with self._lock:
                 self._profiles, self._chosen = profiles, chosen
                 self._revision += 1
@@ -152,13 +147,13 @@ class Profiles:
         name = self._fields["name"].accept("name", name)
         return id, {**self._profiles[self._chosen], "name": name}
 
-    def _read(self, path: Path) -> None:
+    def _read(self, file: StateFile) -> None:
         try:
-            text = path.read_text(encoding="utf-8")
+            text = file.path.read_text(encoding="utf-8")
         except FileNotFoundError:
             return
         except (OSError, UnicodeDecodeError) as error:
-            self._tell_damage(f"{path}: cannot be read ({error}); begins with a new profile")
+            file.damaged(f"cannot be read ({error}); begins with a new profile")
             return
         try:
             document = json_text.parse(text)
@@ -167,11 +162,7 @@ class Profiles:
             self._chosen = str(document["chosen"])
             self._kept = True
         except (ValueError, TypeError, KeyError, AttributeError) as error:
-            self._tell_damage(f"{path}: damaged ({error!r}); begins with what could be read")
-
-    def _tell_damage(self, detail: str) -> None:
-        self._damaged = True
-        self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
+            file.damaged(f"damaged ({error!r}); begins with what could be read")
 
     def _mended(self, id: str, found: Mapping[str, Any]) -> Profile:
         # An older or newer host's profile stays usable: unknown values become defaults.
@@ -190,11 +181,10 @@ class Profiles:
         return profile
 
 
-def _write(path: Path, document: Mapping[str, Any], damaged: bool) -> None:
-    content = json.dumps(document, ensure_ascii=False, indent=1).encode() + b"\n"
+def _write(file: StateFile, document: Mapping[str, Any]) -> None:
     try:
-        replace_file(path, content, damaged=damaged)
+        file.replace(json.dumps(document, ensure_ascii=False, indent=1).encode() + b"\n")
     except OSError as error:
-        detail = f"{path}: {error.strerror}; is the disk full?"
+        detail = f"{file.path}: {error.strerror}; is the disk full?"
         log.error("%s", detail)
         raise ProfileRefused("profile_not_stored", detail) from None

@@ -7,10 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gazechair.base import health as states
 from gazechair.base import json_text
 from gazechair.base.health import Health
-from gazechair.base.state_folder import FILE_DAMAGED, replace_file
+from gazechair.base.state_file import StateFile
 from gazechair.service.tune.forward import ForwardNumbers
 from gazelink.settings_table import PROFILES, TABLE, index_of
 
@@ -26,18 +25,18 @@ class ForwardStore:
 
     def __init__(self, folder: Path, health: Health | None = None) -> None:
         """`folder`: the state folder; `health`: degraded while something in it is damaged."""
-        self._path = folder / FILE_NAME
-        self._health = health or Health(FILE_NAME)
+        self._file = StateFile(folder / FILE_NAME, health or Health(FILE_NAME))
         self._look()
 
     def keep(self, profile: str, numbers: ForwardNumbers) -> None:
         """Store those of `profile`, replacing older ones. Raises OSError."""
         try:
-            rows, damaged = self._rows(), False
-        except (ValueError, IsADirectoryError):
-            rows, damaged = {}, True
+            rows = self._rows()
+        except (ValueError, IsADirectoryError) as error:
+            rows = {}
+            self._damaged(error, aside=True)
         rows[profile] = asdict(numbers)
-        replace_file(self._path, json.dumps(rows).encode(), damaged=damaged)
+        self._file.replace(json.dumps(rows).encode())
         self._look()
 
     def step_ms(self, profile: int, permille: int, ramp_ms: int) -> int | None:
@@ -61,16 +60,15 @@ class ForwardStore:
         except _DAMAGE as error:
             self._damaged(error)
         else:
-            self._health.set(states.OK)
+            self._file.sound()
 
-    def _damaged(self, error: Exception) -> None:
-        detail = f"{self._path}: {error}; steps forward last as set"
-        self._health.set(states.DEGRADED, FILE_DAMAGED, detail)
+    def _damaged(self, error: Exception, aside: bool = False) -> None:
+        self._file.damaged(f"{error}; steps forward last as set", aside=aside)
 
     def _rows(self) -> dict[str, Any]:
         """The file's content, not parsed further. Raises OSError; ValueError: it is damaged."""
         try:
-            rows = json_text.parse(self._path.read_bytes())
+            rows = json_text.parse(self._file.path.read_bytes())
         except FileNotFoundError:
             return {}
         if not isinstance(rows, dict):
