@@ -23,7 +23,7 @@ from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.people import speed_within
 from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
 from gazechair.going.refusals import Refusals
-from gazechair.going.rolled import Located, Rolled
+from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
 from gazechair.going.smooth import refused_s
 from gazechair.going.stuck import Overruled, Stuck
 
@@ -34,7 +34,6 @@ ARRIVED, LOST = "arrived", "lost"
 PERSON, OBSTACLE, POSE_LOST = "going_person", "going_obstacle", "going_pose_lost"
 STANDS, LIMIT = "going_stands", "going_limit"
 
-POSE_OLD_S = 0.4
 _CHECK_S = 0.3
 _STRAIGHT_M = np.arange(0.0, 0.81, 0.1)
 _HIT_M = -0.04  # with less clearance ahead, by map and lidars, the path is blocked

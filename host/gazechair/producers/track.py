@@ -10,12 +10,11 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between, compose
+from gazechair.going.rolled import POSE_OLD_S
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
 
-POSE_OLD_S = 0.35
-"""An older map pose counts as lost: the motion must end within 0.5 s."""
 _ESTIMATE_OLD_S = 0.25
 _SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # a less certain pose counts as unknown
 _SAME_S = 1e-3

@@ -43,8 +43,8 @@ def driven(metres: int) -> Making:
 def test_a_map_that_is_as_large_as_can_be_stored_takes_no_more_and_is_saved(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    assert making._MOST_M2 / CELL_M**2 < home_map.MOST_CELLS
-    monkeypatch.setattr(making, "_MOST_M2", 120.0)
+    assert home_map.MOST_M2 / CELL_M**2 < home_map.MOST_CELLS
+    monkeypatch.setattr(making, "MOST_M2", 120.0)
     made = driven(60)
     assert (made.doubt, len(made.keys)) == (FULL, 14)  # a step beyond 6 m by 20 m
     made.finished("hall").save(tmp_path / "a.map")

@@ -14,7 +14,7 @@ from gazechair.sensing.mapping.building.mapper import KEY_M, KEY_RAD, STEP_SIGMA
 from gazechair.sensing.mapping.building.mirrors import without_mirrored
 from gazechair.sensing.mapping.building.occupancy_grid import CELL_M, box_m, occupancy_of
 from gazechair.sensing.mapping.locating.looks import Looks
-from gazechair.sensing.mapping.stored.home_map import MOST_CELLS, HomeMap
+from gazechair.sensing.mapping.stored.home_map import MOST_CELLS, MOST_M2, HomeMap
 from gazechair.sensing.odometry.doubts import TURNED
 
 BROKEN = "broken"  # carried, or odometry started again: later scans do not fit
@@ -22,7 +22,6 @@ FULL = "making_full"  # too many key scans, or too large for a map
 SILENT = "silent"  # no scans from the lidars at the moment
 ASKEW = "askew"  # a lidar seems turned on its mount at the moment: so would be what it sees
 _MOST_KEYS = 3000
-_MOST_M2 = 10_000.0  # localization takes memory for each square metre
 _BORDER_M = 0.5
 _NEIGHBOUR_M = 0.2
 
@@ -53,7 +52,7 @@ class Making:
             self._track = track
         if track != self._track:
             self.doubt = BROKEN
-        elif len(self.keys) >= _MOST_KEYS or self._area_m2() >= _MOST_M2:
+        elif len(self.keys) >= _MOST_KEYS or self._area_m2() >= MOST_M2:
             self.doubt = FULL
         else:
             self.doubt = ASKEW if TURNED in looks.newest.doubts else ""

@@ -27,6 +27,7 @@ _FIRST_MAGIC = b"gazechair-map 1\n"
 _ANY_VERSION = b"gazechair-map "
 _LARGEST = 64 << 20  # bytes
 MOST_CELLS = 16 << 20
+MOST_M2 = 10_000.0  # localization takes memory for each square metre
 _CRC = struct.Struct("<I")
 DAMAGE = (
     *(ValueError, KeyError, TypeError, OverflowError),

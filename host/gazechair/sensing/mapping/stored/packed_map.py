@@ -19,10 +19,10 @@ from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.places import EditRefused, name_of
 from gazechair.sensing.mapping.stored.ros_map import PLACES, RosMapError
 
-MOST_BYTES = 5_000_000  # of the zip file; an image of MOST_CELLS fits in without being compressed
-MOST_CELLS = 4 << 20
+MOST_BYTES = 5_000_000  # of the zip file; the largest image fits in without being compressed
+_MOST_CELLS = 4 << 20
 _MOST_TEXT = 256 << 10  # bytes of a file that is no image
-_MOST_IMAGE = MOST_CELLS + (4 << 10)  # bytes
+_MOST_IMAGE = _MOST_CELLS + (4 << 10)  # bytes
 _MOST_WHOLE = _MOST_IMAGE + 2 * _MOST_TEXT  # bytes of all files: image, yaml, places
 _MOST_TABLE = 4 << 10  # bytes of the zip file's directory
 _YAML = ".yaml", ".yml"
@@ -61,7 +61,7 @@ def unpack(data: bytes) -> HomeMap:
             raise FileNotFoundError(errno.ENOENT, "it is not in the zip file", name)
         return found
 
-    home = ros_map.home_of(files[yamls[0]], beside, yamls[0], "", MOST_CELLS)
+    home = ros_map.home_of(files[yamls[0]], beside, yamls[0], "", _MOST_CELLS)
     return HomeMap(_name(files, yamls[0]), home.grid, drawn=home.drawn)
 
 

@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from gazechair.base import json_text
 from gazechair.base.output_file import write_output
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.stored.home_map import DAMAGE, MOST_CELLS, HomeMap, MapError
+from gazechair.sensing.mapping.stored.home_map import DAMAGE, MOST_CELLS, MOST_M2, HomeMap, MapError
 from gazechair.sensing.mapping.stored.places import FARTHEST_M, Drawn, drawn_of
 
 PLACES = "places.json"
 _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205  # grey values of the map server's mode `trinary`
 _OCCUPIED_THRESH, _FREE_THRESH = 0.65, 0.196
 _MOST_SIDE = 8192  # cells; browsers show no longer pictures
-_MOST_M2, _MOST_SIDE_M = 10_000.0, 500.0  # localization takes memory for each square metre
+_MOST_SIDE_M = 500.0
 _SKIN_M = 0.05  # of a solid: deeper cells are inside it
 _SURE = 10  # key scans that an imported cell stands for
 _NUMBER = re.compile(rb"(?:\s|#[^\n]*\n)*([0-9]{1,9})(?=[\s#])")
@@ -134,8 +134,8 @@ def _unusable(found: RosCells, most_cells: int) -> str:
     if width * height > most_cells or max(width, height) > _MOST_SIDE:
         return f"{width} x {height} cells are too many ({most_cells}, {_MOST_SIDE} along a side)"
     wide_m, high_m = width * found.cell_m, height * found.cell_m
-    if wide_m * high_m > _MOST_M2 or max(wide_m, high_m) > _MOST_SIDE_M:
-        return f"{wide_m:.0f} m x {high_m:.0f} m are too much ({_MOST_M2:.0f} m2)"
+    if wide_m * high_m > MOST_M2 or max(wide_m, high_m) > _MOST_SIDE_M:
+        return f"{wide_m:.0f} m x {high_m:.0f} m are too much ({MOST_M2:.0f} m2)"
     return ""
 
 
