@@ -8,6 +8,7 @@ import { CapSlider } from "./cap_slider.js";
 import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
 import { Gamepads } from "./gamepad.js";
+import { setHeartbeat } from "./heartbeat.js";
 import { atTouch, Held } from "./held.js";
 import { WORDS_MS } from "./help.js";
 import { Joystick } from "./joystick.js";
@@ -63,7 +64,6 @@ let away = false; // the person has left since the last request to take over
 let edge = 0;
 let youMs = -WORDS_MS; // since when this page drives, or does not
 let comingMs = null; // since when the state says that a caretaker is coming
-let heartbeatMs = 50;
 let first = null; // the first drive, once opened
 let maps = null; // the maps, once opened
 const loading = {}; // promises of parts
@@ -127,8 +127,7 @@ const receivers = {
     setData("insecure", welcome.insecure);
     latched = welcome.latched;
     plugins.update(welcome.plugins ?? []);
-    heartbeatMs = welcome.heartbeat_ms;
-    for (const part of [joystick, bypass, watching, first]) part?.setHeartbeat(heartbeatMs);
+    setHeartbeat(welcome.heartbeat_ms);
   },
   state(news, now) {
     if (news.you !== (state?.you ?? false)) youMs = now;
@@ -208,8 +207,7 @@ async function openFirst() {
   };
   const part = await late("first_drive", (made) => made.firstDrive(byId("first"), strings, on));
   first ??= part;
-  if (!part) return refuse("no_answer");
-  first.setHeartbeat(heartbeatMs);
+  if (!part) refuse("no_answer");
 }
 
 async function openMaps() {

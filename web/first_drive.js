@@ -57,10 +57,6 @@ class FirstDrive {
     this.#marks = new FloorMarks(words, (value) => this.#post({ run: "camera", value }));
   }
 
-  setHeartbeat(ms) {
-    for (const held of this.#held) held.setHeartbeat(ms);
-  }
-
   /** Ends every hold. */
   end() {
     for (const held of this.#held) held.end();

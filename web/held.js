@@ -1,5 +1,7 @@
 // A button that works only while pressed: by finger, mouse, Enter or space.
 
+import { heartbeatMs } from "./heartbeat.js";
+
 const isKey = (event) => event.key === "Enter" || event.key === " ";
 
 /** At the touch itself: while another finger is down, no click follows. */
@@ -11,7 +13,6 @@ export const atTouch = (element, act) => {
 export class Held {
   #on;
   #element;
-  #heartbeatMs = 50;
   #source = null; // the pointer's number, or the key's place on the keyboard
   #againAt = 0;
 
@@ -44,10 +45,6 @@ export class Held {
     addEventListener("keydown", ({ key }) => key === "Meta" && letGo());
   }
 
-  setHeartbeat(ms) {
-    this.#heartbeatMs = ms;
-  }
-
   end() {
     if (this.#source === null) return;
     this.#source = null;
@@ -57,7 +54,7 @@ export class Held {
 
   tick(now) {
     if (this.#source === null || now < this.#againAt) return;
-    this.#againAt = now + this.#heartbeatMs;
+    this.#againAt = now + heartbeatMs;
     this.#on.held();
   }
 

@@ -2,6 +2,8 @@
 // It drives only while touched, while a key is pressed, or while its other hand, a gamepad's
 // stick, leans.
 
+import { heartbeatMs } from "./heartbeat.js";
+
 /** Dead zone, as a fraction. */
 const DEAD = 0.1;
 /** What an arrow key pushes, of 1000. */
@@ -26,7 +28,6 @@ export class Joystick {
   #pad;
   #knob;
   #on;
-  #heartbeatMs = 50;
   #pointer = null;
   #grab = null; // where the pad lay when it was grabbed: {x, y} of its middle, radius (px)
   #keys = new Map(); // of held keys: place on the keyboard, what it pushes
@@ -49,10 +50,6 @@ export class Joystick {
     }
     addEventListener("keydown", (event) => this.#key(event, true));
     addEventListener("keyup", (event) => this.#key(event, false));
-  }
-
-  setHeartbeat(ms) {
-    this.#heartbeatMs = ms;
   }
 
   /**
@@ -86,7 +83,7 @@ export class Joystick {
     if (this.#now === null) return;
     if (!this.enabled) return this.end();
     if (now < this.#sendAt) return;
-    this.#sendAt = now + this.#heartbeatMs;
+    this.#sendAt = now + heartbeatMs;
     this.#on.drive(this.#now.linear, this.#now.turn, false);
   }
 
@@ -144,7 +141,7 @@ export class Joystick {
   #push(out, fresh) {
     this.#now = out;
     if (!fresh) return; // the next heartbeat sends it: newest wins
-    this.#sendAt = performance.now() + this.#heartbeatMs;
+    this.#sendAt = performance.now() + heartbeatMs;
     this.#on.drive(out.linear, out.turn, true);
   }
 
