@@ -6,6 +6,7 @@ and runs in its own child process. docs/extending.md builds one of each.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -120,25 +121,25 @@ class _Plugin:
         """Release resources: called once at the end, unless the process is killed."""
 
 
-class Input(_Plugin):
+class Input(_Plugin, ABC):
     """A person's device: returns what they want. Its docstring's first line describes it."""
 
+    @abstractmethod
     def sense(self, now_s: float) -> Intent:
         """What the person wants at monotonic `now_s`. Must not block."""
-        raise NotImplementedError
 
     def fileno(self) -> int:
         """A file descriptor: sense() is called at once when it is readable. -1: there is none."""
         return -1
 
 
-class Mode(_Plugin):
+class Mode(_Plugin, ABC):
     """A driving mode: decides how to drive while it is pressed. Its docstring describes it."""
 
     auto: ClassVar[bool] = False
     """It drives while nobody holds it: one press starts it, under supervision; any other press ends
     it (promises P17 to P20). Each world must be answered anew: an answer lives for 150 ms."""
 
+    @abstractmethod
     def drive(self, world: World) -> tuple[int, int] | None:
         """(linear, turn) in permille, as in drive(); None: this press is finished."""
-        raise NotImplementedError

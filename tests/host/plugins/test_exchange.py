@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gazechair.plugins import NOTHING, STOP, Intent, choose, drive, hold, step
+from gazechair.plugins import NOTHING, STOP, Input, Intent, Mode, asked, choose, drive, hold, step
 from gazechair.plugins.exchange import (
     LONGEST,
     BadValue,
@@ -91,3 +91,17 @@ def test_the_longest_honest_value_fits_its_record() -> None:
     value = Value(123456789.123456789, 1 << 31, Intent("choose", "x" * 20), 1 << 31, "🪑" * 999)
     assert len(value.pack()) <= LONGEST
     assert unpack(value.pack()).trouble.startswith("🪑🪑🪑")
+
+
+def test_an_input_that_senses_nothing_and_a_mode_that_drives_nowhere_cannot_be_built() -> None:
+    """Known as the process starts, not at the first press."""
+
+    class Deaf(Input):
+        """Has no sense()."""
+
+    class Still(Mode):
+        """Has no drive()."""
+
+    for plugin, missing in ((Deaf, "sense"), (Still, "drive")):
+        with pytest.raises(TypeError, match=missing):
+            asked.build(plugin, "it", {})
