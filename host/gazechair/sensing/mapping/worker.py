@@ -9,6 +9,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol
@@ -16,6 +17,7 @@ from typing import Any, Protocol
 from gazechair.sensing.mapping.keeping import Keeping
 from gazechair.sensing.mapping.locating.atlas import Atlas
 from gazechair.sensing.mapping.locating.looks import Looks, Seen
+from gazechair.sensing.mapping.locating.whereabouts import Fix
 from gazechair.sensing.mapping.making import SILENT, Making
 from gazechair.sensing.mapping.stored.picture import sketched
 from gazechair.sensing.mapping.stored.places import EditRefused
@@ -163,31 +165,31 @@ class Worker:
         said: dict[str, Any] = {"state": self._state(), "making": None, "problem": self._problem}
         said["askew"] = self._atlas.askew
         said["twins"] = self._atlas.rivalled
-        said["fix"] = self._found() if said["state"] == KNOWN else None
+        fix = self._found() if said["state"] == KNOWN else None
+        said["fix"] = None if fix is None else asdict(fix)
         if self._making is not None:
             said["making"] = self._making.as_json()
             if not said["making"]["doubt"] and self._deaf():
                 said["making"]["doubt"] = SILENT
         self._out.data(json.dumps(said).encode())
 
-    def _found(self) -> dict[str, Any] | None:
-        """See Fix."""
+    def _found(self) -> Fix | None:
         location, at = self._atlas.location, self._looked
         if location is None or at is None:
             return None
         x_m, y_m, heading_rad = location.pose.tolist()
-        return {
-            "time_s": at.time_s,
-            "map": self._atlas.id,
-            "x_m": x_m,
-            "y_m": y_m,
-            "heading_deg": math.degrees(heading_rad) % 360.0,
-            "sigma_m": location.sigma_m,
-            "sigma_deg": math.degrees(location.sigma_rad),
-            "explained": location.evidence.explained,
-            "odometry": (at.x_m, at.y_m, at.heading_deg),
-            "track": at.track,
-        }
+        return Fix(
+            at.time_s,
+            self._atlas.id,
+            x_m,
+            y_m,
+            math.degrees(heading_rad) % 360.0,
+            location.sigma_m,
+            math.degrees(location.sigma_rad),
+            location.evidence.explained,
+            (at.x_m, at.y_m, at.heading_deg),
+            at.track,
+        )
 
     def _state(self) -> str:
         if self._saving is not None:

@@ -21,22 +21,6 @@ _DRIFT = 0.02  # error of odometry alone: m per m, and degrees per degree
 
 
 @dataclass(frozen=True)
-class Fix:
-    """Pose found by mapping at a time, and odometry's pose then; metres, degrees."""
-
-    time_s: float
-    map: str
-    x_m: float
-    y_m: float
-    heading_deg: float
-    sigma_m: float
-    sigma_deg: float
-    explained: float
-    odometry: tuple[float, float, float]
-    track: int
-
-
-@dataclass(frozen=True)
 class Whereabouts:
     """The chair's pose in a map; uncertainties are standard deviations."""
 
@@ -52,6 +36,14 @@ class Whereabouts:
     sigma_deg: float
     explained: float
     """Share of the look that the map explains, 0..1; low in a crowd, or where much was moved."""
+
+
+@dataclass(frozen=True)
+class Fix(Whereabouts):
+    """A pose found by mapping, and odometry's pose at that time in metres and degrees."""
+
+    odometry: tuple[float, float, float]
+    track: int
 
 
 def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
