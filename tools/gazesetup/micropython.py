@@ -15,7 +15,6 @@ _DEBIAN = private.Private(
     name="micropython",
     what="32-bit MicroPython",
     program="bin/micropython",
-    suite="trixie",
     arch="i386",
     libraries="i386-linux-gnu",
     loader="ld-linux.so.2",

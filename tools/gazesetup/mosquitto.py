@@ -13,11 +13,6 @@ _MOSQUITTO = private.Private(
     name="mosquitto",
     what="Mosquitto",
     program="sbin/mosquitto",
-    suite="trixie",
-    arch="amd64",
-    libraries="x86_64-linux-gnu",
-    loader="ld-linux-x86-64.so.2",
-    machines=("x86_64",),
     packages=(
         "mosquitto",
         "libc6",

@@ -33,12 +33,12 @@ class Private:
     name: str  # of its folder in .local and of the program there
     what: str
     program: str  # in /usr, with its folder there
-    suite: str
-    arch: str
-    libraries: str  # the folder of that architecture's libraries in /usr/lib, and their loader
-    loader: str
-    machines: tuple[str, ...]  # that can run it
     packages: tuple[str, ...]
+    suite: str = "trixie"
+    arch: str = "amd64"
+    libraries: str = "x86_64-linux-gnu"  # that architecture's folder in /usr/lib, and its loader
+    loader: str = "ld-linux-x86-64.so.2"
+    machines: tuple[str, ...] = ("x86_64",)  # that can run it
     # (path in the archive's pool, SHA-256): used first if all exist, before the suite's lists.
     pinned: tuple[tuple[str, str], ...] = ()
 

@@ -12,11 +12,6 @@ _PYPY = private.Private(
     name="pypy3",
     what="PyPy",
     program="bin/pypy3.11",
-    suite="trixie",
-    arch="amd64",
-    libraries="x86_64-linux-gnu",
-    loader="ld-linux-x86-64.so.2",
-    machines=("x86_64",),
     packages=(
         "pypy3",
         "pypy3-lib",
