@@ -2,7 +2,7 @@
 
 Times are monotonic seconds. One page owns the chair at a time; a stop from any driver or caretaker
 takes effect at once. The caretaker may take over at any time, a driver when there is no owner. An
-input (a plug-in) never owns the chair: it drives beside its person's page, while that owns it. A
+input (a plug-in) never owns the chair: it drives alongside its person's page, while that owns it. A
 press (edge) that has ended, for any reason, never moves the chair again: its person must press
 again. Nobody holds an auto mode: it lasts under supervision (Watch) until anything is pressed.
 """
@@ -108,9 +108,9 @@ class Arbiter:
         """The role of a page, "viewer" for a closed one."""
         return self._clients[client].role_name if client in self._clients else "viewer"
 
-    def beside(self, client: int) -> bool:
+    def is_input(self, client: int) -> bool:
         """True for an input, False for a page."""
-        return client in self._clients and self._clients[client].beside
+        return client in self._clients and self._clients[client].is_input
 
     def page_edge(self, client: int) -> int:
         """The page's own edge of the press that the board last accepted from it, 0 for none."""
@@ -118,7 +118,7 @@ class Arbiter:
 
     def somebody_hears(self, now_s: float) -> bool:
         """True if a caretaker's page is connected: a call would reach it."""
-        pages = [p for p in self._clients.values() if not p.beside]
+        pages = [p for p in self._clients.values() if not p.is_input]
         return any(p.role == codes.CARETAKER and now_s - p.heard_s <= THERE_S for p in pages)
 
     @property
@@ -150,11 +150,11 @@ class Arbiter:
 
     # Events
 
-    def connect(self, role: str, now_s: float, beside: bool = False) -> int:
-        """Add a page of `role`, or an input (`beside`); its client id. KeyError: unknown role."""
+    def connect(self, role: str, now_s: float, is_input: bool = False) -> int:
+        """Add a page of `role`, or an input; its client id. KeyError: unknown role."""
         client = self._next_client
         self._next_client += 1
-        self._clients[client] = Client(ROLES[role], role, now_s, beside)
+        self._clients[client] = Client(ROLES[role], role, now_s, is_input)
         return client
 
     def disconnect(self, client: int) -> None:
@@ -271,13 +271,13 @@ class Arbiter:
     def _input_silent(self, now_s: float) -> bool:
         # A step that an input began outlives its proof, like a page's, but not its input.
         press = self._press.now
-        client = None if press is None else self._clients.get(press.client)
-        return client is not None and client.beside and now_s - client.heard_s > self.page_silent_s
+        by = None if press is None else self._clients.get(press.client)
+        return by is not None and by.is_input and now_s - by.heard_s > self.page_silent_s
 
     def _heard(self, client: int, page: Client, now_s: float, proof: int | None) -> None:
         # An input that keeps repeating an old time counts as dead since then.
         page.heard_s = now_s
-        if page.beside and proof is not None:
+        if page.is_input and proof is not None:
             page.heard_s = self.tokens.proven_s(proof, now_s)
         if client == self._owner:
             self.page_silent = False
@@ -302,7 +302,7 @@ class Arbiter:
 
     def _may_drive(self, client: int, page: Client) -> bool:
         # The owner's page, and the inputs of that page's person.
-        return client == self._owner or (page.beside and page.role == self.owner_code)
+        return client == self._owner or (page.is_input and page.role == self.owner_code)
 
     def _drive(
         self, client: int, page: Client, message: Drive | UseMode, now_s: float, offered: bool
@@ -358,8 +358,8 @@ class Arbiter:
 
     def _own(self, client: int, page: Client, message: Arm | Take, now_s: float) -> Refusal | None:
         what = "arm" if isinstance(message, Arm) else "take"
-        if page.beside:
-            return Refusal(what, "not_allowed", "an input drives beside its person's page")
+        if page.is_input:
+            return Refusal(what, "not_allowed", "an input drives alongside its person's page")
         if not self.tokens.fresh(message.proof, now_s):
             return Refusal(what, "stale_token", "the request to drive was too long on its way")
         if what == "arm" and self._owner not in (None, client):

@@ -15,7 +15,7 @@ class Client:
     role: int  # as owner: codes.DRIVER, ...
     role_name: str
     heard_s: float
-    beside: bool = False  # an input, not a page
+    is_input: bool = False  # else a page
     told: set[str] = field(default_factory=set)  # refusals already sent about its newest press
     bypass_told: int = 0  # edge of a bypass already refused
 

@@ -130,7 +130,7 @@ def test_who_watches_is_a_driver_or_a_caretaker(auto: Auto) -> None:
 
 
 def test_a_held_switch_supervises(auto: Auto) -> None:
-    switch = auto.arbiter.connect("driver", auto.now_s, beside=True)
+    switch = auto.arbiter.connect("driver", auto.now_s, is_input=True)
     auto.say(UseMode(MODE, 1, auto.token()), switch)
     auto.plan()
     for _ in range(50):
