@@ -15,9 +15,9 @@ from gazechair.base.latest_value import Clock
 from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
 from gazechair.board.state import BoardLimits, BoardState
 from gazechair.config.settings import Config
-from gazechair.driving import error_handler
 from gazechair.driving.arbiter import LOOK_S, Arbiter
 from gazechair.driving.driver_port import Message
+from gazechair.driving.error_handler import ErrorHandler, Problem, Verdict, of_host
 from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessage, UseMode, parse
 from gazechair.driving.mode_context import ModeContext, ModeOutput, sensed
 from gazechair.driving.needs import Calls, Link
@@ -50,11 +50,8 @@ class Control:
     ) -> None:
         """`picture_age_s`: the age of the newest picture, None before the first; `profiles`: those
         on disk, None: the configured one, in memory; `speed_cap`: the speed cap's file;
-        `alerts` None: calls reach pages only; `steer`: corrects the command to the board.
-        """
-        self._config = config
-        self._link = link
-        self._parts = parts
+        `alerts` None: calls reach pages only; `steer`: corrects the command to the board."""
+        self._config, self._link, self._parts = config, link, parts
         self._picture_age_s = picture_age_s
         self._clock = clock
         self._profiles = profiles or Profiles(None, house_fields(config))
@@ -66,8 +63,8 @@ class Control:
         if alerts is not None:
             self._arbiter.help.restore(alerts.help_wanted, alerts.answered_s)
         self._stop_seen, self._step_turns = StopSeen(), StepTurns()
-        self._errors = error_handler.ErrorHandler(), error_handler.ErrorHandler()
-        self._verdicts = (error_handler.Verdict("ok", "ok"),) * 2  # of all, for the driver
+        self._errors, self._drivers_errors = ErrorHandler(), ErrorHandler()
+        self._verdict = self._drivers_verdict = Verdict("ok", "ok")
         self._limits: BoardLimits | None = None  # as last reported by the board
         self._sent = STOP_COMMAND
         self._sent_bypass: Bypass | None = None
@@ -111,7 +108,7 @@ class Control:
     def join(self, role: str) -> int:
         """Add an input of a driver or a caretaker; its client id, for act() and disconnect()."""
         with self._lock:
-            return self._arbiter.connect(role, self._clock(), beside=True)
+            return self._arbiter.connect(role, self._clock(), is_input=True)
 
     def proof(self, born_s: float) -> int:
         """The proof for the time `born_s` in a message to act()."""
@@ -142,7 +139,7 @@ class Control:
             was_permille = self._arbiter.cap_permille
             offered = not isinstance(meaning, UseMode) or meaning.mode in self._tiles
             refusal = self._arbiter.receive(client, meaning, now_s, offered)
-            if meaning is STOP and not self._arbiter.beside(client):
+            if meaning is STOP and not self._arbiter.is_input(client):
                 self._stop_seen.said(client, now_s)
             if self._arbiter.cap_permille != was_permille:
                 self._speed_cap.keep(self._arbiter.cap_permille)
@@ -189,20 +186,20 @@ class Control:
             armed = state is not None and state.state == codes.ARMED
             command = self._arbiter.command
             return Situation(
-                self._arbiter.help.on,
-                self._arbiter.help.count,
-                self._arbiter.help.coming(now_s),
-                command.edge,
-                command.verb != codes.STOP and command.ttl_deadline_s > now_s,
-                state is not None and armed and state.override != codes.NO_REASON,
-                state is not None and state.motion != codes.STOPPED,
-                frozenset(problem.key for problem in self._problems(parts, state, now_s)),
-                {
+                call=self._arbiter.help.on,
+                calls=self._arbiter.help.count,
+                coming=self._arbiter.help.coming(now_s),
+                press=command.edge,
+                wants=command.verb != codes.STOP and command.ttl_deadline_s > now_s,
+                overruled=state is not None and armed and state.override != codes.NO_REASON,
+                moving=state is not None and state.motion != codes.STOPPED,
+                problems=frozenset(one.key for one in self._problems(parts, state, now_s)),
+                lost={
                     name: part.detail or part.reason
                     for name, part in parts.items()
                     if part.state == states.LOST and name not in ("board", "lidar", "camera")
                 },
-                any(part.state == states.STARTING for part in parts.values()),
+                starting=any(part.state == states.STARTING for part in parts.values()),
             )
 
     def answer_call(self) -> None:
@@ -262,7 +259,8 @@ class Control:
         with self._lock:
             now_s = self._clock()
             state = self._link.state()
-            verdict = self._verdicts[self._arbiter.role(client) == "driver"]
+            drives = self._arbiter.role(client) == "driver"
+            verdict = self._drivers_verdict if drives else self._verdict
             return {
                 "k": "state",
                 "token": self._arbiter.tokens.token(now_s),
@@ -330,12 +328,13 @@ class Control:
         self._tell_board()
         parts = self._parts.states()
         problems = self._problems(parts, state, now_s)
-        told = [problem for problem in problems if not problem.caretaker_only]
-        self._verdicts = self._errors[0].fold(problems, now_s), self._errors[1].fold(told, now_s)
+        self._verdict = self._errors.fold(problems, now_s)
+        drivers = (problem for problem in problems if not problem.caretaker_only)
+        self._drivers_verdict = self._drivers_errors.fold(drivers, now_s)
         shown = (
             self._facts(parts, state, now_s),
             # Sources of what each page is told of its own, and of `welcome`.
-            self._verdicts,
+            (self._verdict, self._drivers_verdict),
             self._arbiter.owner,
             None if state is None else state.edge,
             self._stop_seen.all_seen(),
@@ -372,10 +371,10 @@ class Control:
 
     def _problems(
         self, parts: dict[str, HealthState], state: BoardState | None, now_s: float
-    ) -> list[error_handler.Problem]:
+    ) -> list[Problem]:
         clearance, silent = self._clearance, self._arbiter.page_silent
         age_s = None if clearance is None else now_s - clearance.acquired_s
-        return error_handler.of_host(parts, state, age_s, self._picture_age_s(), silent)
+        return of_host(parts, state, age_s, self._picture_age_s(), silent)
 
     def _tell_board(self) -> None:
         # Orders first: nothing may move between the decision to disarm and its order.
