@@ -22,11 +22,13 @@ from gazechair.base.child_process import drain, end, say_to, would_run
 from gazechair.base.child_records import DATA, FACTS, MAX_RECORD, RecordReader
 from gazechair.base.rate_limit import RateLimit
 
-_MOST_PATIENCE = 8
+_MOST_TIMES_START = 8  # as long as `start_s` for the first value
 _GIVEN_UP = 10  # children that delivered nothing, before the first that does
 _GIVEN_UP_PAUSE_S = 60.0
 _STATUS_COST = 20  # records: each may become a line of the log
 _LOOK_S = 0.1
+_PAUSE_S = 0.25  # before the first restart
+_WORKS_S = 10.0  # a child that delivers for this long: the next pause is short again
 
 log = logging.getLogger(__name__)
 
@@ -155,8 +157,8 @@ class Supervisor:
                 os.write(self._wake_fds[1], b".")
 
     def _run(self) -> None:
-        pause_s = 0.25
-        patience = 1
+        pause_s = _PAUSE_S
+        times_start = 1
         ever = False  # one has delivered
         while not self._stopping.is_set():
             started_s = time.monotonic()
@@ -168,14 +170,14 @@ class Supervisor:
             else:
                 self._process = process
                 try:
-                    delivered = self._watch(process, self._start_s * patience)
+                    delivered = self._watch(process, self._start_s * times_start)
                 finally:
                     self._process = None
                     end(process)
-                patience = 1 if delivered else min(2 * patience, _MOST_PATIENCE)
+                times_start = 1 if delivered else min(2 * times_start, _MOST_TIMES_START)
             ever = ever or delivered
-            if delivered and time.monotonic() - started_s > 10.0:
-                pause_s = 0.25
+            if delivered and time.monotonic() - started_s > _WORKS_S:
+                pause_s = _PAUSE_S
             if not ever and self.restarts + 1 >= _GIVEN_UP:
                 if self.restarts + 1 == _GIVEN_UP:
                     log.warning("%s is disabled: it has never worked", self._name)
