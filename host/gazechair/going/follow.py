@@ -39,6 +39,7 @@ _STANDS_M_S, _ROLLS_M_S = 0.06, 0.12  # slower: request the turn, which begins a
 _ENDS_DEG_S = 5.0  # with a slower turn, it may begin a leg
 _END_M, _END_WIDE_M = 0.02, 0.06
 _NO_AIM_M = 0.05  # nearer to its leg's end, the chair no longer turns towards that
+_ALONG_M = 0.4  # nearer to its leg's end, only the leg's direction counts
 _LEAST_M_S = 0.02  # first speed requested from rest
 
 
@@ -165,12 +166,12 @@ class Follower:
         a, b = points[self._at], points[self._at + 1]
         if float(np.hypot(*(b - a))) < NO_LEG_M:
             return None
-        along, _across, length = _on_leg(a, b, pose)
-        if length - along < _NO_AIM_M:
+        along_m, _across, length = _on_leg(a, b, pose)
+        if length - along_m < _NO_AIM_M:
             return None
-        aim = a + (b - a) * (min(length, along + max(_LOOK_M, 0.5 * length)) / length)
+        aim = a + (b - a) * (min(length, along_m + max(_LOOK_M, 0.5 * length)) / length)
         heading = math.atan2(aim[1] - pose[1], aim[0] - pose[0])
-        if length - along < 0.4:
+        if length - along_m < _ALONG_M:
             heading = math.atan2(b[1] - a[1], b[0] - a[0])
         return heading + math.pi if self.backward else heading
 
@@ -223,8 +224,8 @@ class Follower:
         then, later_rad = self._then(pose)
         bend = self._way.bend(self._at + 1) if self._at + 1 != self._unbent else None
         a, b = points[self._at], points[self._at + 1]
-        along, across, length = _on_leg(a, b, then)
-        left_m = length - along
+        along_m, across, length = _on_leg(a, b, then)
+        left_m = length - along_m
         if bend is not None and self._vain_s >= _NO_BEND_S:
             self._vain_s = 0.0
             if bend.place(then[0], then[1])[0] > _TURN_AGAIN_RAD:
@@ -256,7 +257,7 @@ class Follower:
                 return self._end_leg()
             self._begin_turn()
             return STOP
-        misses = self._misses(along, across, error, left_m)
+        misses = self._misses(along_m, across, error, left_m)
         if misses and self._straight_m < min(_JAMS_M, room_m - _BETTER_M):
             self._begin_turn()
             return STOP
@@ -324,11 +325,11 @@ class Follower:
         squared = late**2 + to_m_s**2 + 2.0 * ACCELERATE_M_S2 * max(left_m, 0.0)
         return max(to_m_s, math.sqrt(squared) - late)
 
-    def _misses(self, along: float, across: float, error: float, left_m: float) -> bool:
+    def _misses(self, along_m: float, across: float, error: float, left_m: float) -> bool:
         """Whether the chair, driving straight on, misses its leg by so much that it must re-aim."""
         if self._aimed_m is None:
-            self._aimed_m = along
-        if left_m < _AIM_LEFT_M or along - self._aimed_m < _AIM_AGAIN_M:
+            self._aimed_m = along_m
+        if left_m < _AIM_LEFT_M or along_m - self._aimed_m < _AIM_AGAIN_M:
             return False
         return miss_m(across, error, left_m) > MISS_M
 
