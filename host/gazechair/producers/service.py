@@ -32,12 +32,13 @@ from gazelink import codes
 
 # Why a motion ended, apart from the reasons of its producer and the board.
 STOPPED, FAILED = "going_stopped", "going_failed"
-_BOARD_SAYS = {"supervision_lost", "auto_overruled", "auto_limit"}
-_BOARD_SAYS |= {name for _bit, name, _severity, _latched in codes.FAULTS}
+_BOARD_REASONS = {"supervision_lost", "auto_overruled", "auto_limit"}
+_BOARD_REASONS |= {name for _bit, name, _severity, _latched in codes.FAULTS}
 
+_GOAL_FIELDS = ("map", "x", "y", "heading")
 _WORD_S = 0.018  # for 50 per second, with a margin
 _IDLE_WORD_S = 0.1
-_TOLD_S = 60.0  # how long the end of a motion is shown
+_SHOWN_S = 60.0  # how long the end of a motion is shown
 _LATE_S = 0.135  # after this long without a value, its producer is the reason, not a late step
 _NICE = 5  # a busy producer must not take the processor from the parts that stop the chair
 
@@ -125,7 +126,7 @@ class ProducerService(InboxService):
     def end(self) -> None:
         """End the child process and its motion. Its inbox stays until `stop`."""
         Supervised.stop(self)
-        self._dies()
+        self._child_lost()
 
     # Its data, apart from what the lidars' child and the board write
 
@@ -163,14 +164,14 @@ class ProducerService(InboxService):
             ride = self._ride
             if ride is None:
                 return None
-            if ride.ended_s is not None and self._clock() - ride.ended_s > _TOLD_S:
+            if ride.ended_s is not None and self._clock() - ride.ended_s > _SHOWN_S:
                 return None
             record = ride.record
             state = "thinks" if record is None else record.state
             if ride.ended_s is not None:
                 state = "arrived" if state == "arrived" else "ended"
             shown = dict(record.shown) if record is not None else {}
-            goal = {key: ride.target.more[key] for key in _SHOWN if key in ride.target.more}
+            goal = {key: ride.target.more[key] for key in _GOAL_FIELDS if key in ride.target.more}
             reason = ride.reason or ("" if record is None else record.reason)
             return {
                 **shown,
@@ -197,7 +198,7 @@ class ProducerService(InboxService):
             now_s = self._clock()
             context = self._port.mode_context()
             self._follow(context, now_s)
-            self._tell(context, now_s)
+            self._send_word(context, now_s)
 
     @property
     def rides(self) -> bool:
@@ -258,21 +259,21 @@ class ProducerService(InboxService):
         if ride.record is not None and ride.record.state in ("arrived", "ended"):
             return
         override = self._override()
-        if not self._lives or (override not in _BOARD_SAYS and now_s - ride.said_s > _LATE_S):
+        if not self._lives or (override not in _BOARD_REASONS and now_s - ride.said_s > _LATE_S):
             ride.reason = FAILED
         elif ride.removed:
             ride.reason = CHANGED
         else:
-            ride.reason = override if override in _BOARD_SAYS else STOPPED
+            ride.reason = override if override in _BOARD_REASONS else STOPPED
 
-    def _tell(self, context: ModeContext, now_s: float) -> None:
+    def _send_word(self, context: ModeContext, now_s: float) -> None:
         rides = self.rides
         if rides and (context.state_s == self._state_s or now_s - self._word_s < _WORD_S):
             return
         if not rides and now_s - self._word_s < _IDLE_WORD_S:
             return
         self._word_s, self._state_s = now_s, context.state_s
-        word: dict[str, Any] = {"at_s": now_s, "press": 0, **self._besides()}
+        word: dict[str, Any] = {"at_s": now_s, "press": 0, **self._extra_fields()}
         if rides and self._ride is not None:
             word |= {
                 "at_s": context.state_s,  # while the board is silent, do not drive on
@@ -282,20 +283,20 @@ class ProducerService(InboxService):
                 "may_reverse": context.view["backward"] != "unseen",
                 "cap_permille": context.cap_permille,
             }
-        self._say(json.dumps(word).encode())
+        self._send(json.dumps(word).encode())
 
-    def _besides(self) -> Mapping[str, Any]:
+    def _extra_fields(self) -> Mapping[str, Any]:
         """Additional fields of a word."""
         return {}
 
-    def _say(self, word: bytes) -> None:
+    def _send(self, word: bytes) -> None:
         if self._supervisor is not None:
             self._supervisor.tell(word)
 
     def _on_data(self, payload: bytes) -> None:
         record = exchange.unpack(payload)
         with self._lock:
-            self._hear(record)
+            self._take_answer(record)
             if not self._lives:
                 self._lives = True
                 self._offer()
@@ -306,22 +307,19 @@ class ProducerService(InboxService):
                     ride.record, ride.said_s = record, self._clock()
         self.health.set(states.OK)
 
-    def _hear(self, record: exchange.Record) -> None:
-        """Process a record that does not belong to a press."""
+    def _take_answer(self, record: exchange.Record) -> None:
+        """Process what a record says about a chosen spot."""
 
     def _on_status(self, status: Status) -> None:
         if status.state == states.LOST:
-            self._dies()
+            self._child_lost()
         reason = f"plugin_{status.how}" if status.how else status.reason
         self.health.set(status.state, reason, status.detail)
 
-    def _dies(self) -> None:
+    def _child_lost(self) -> None:
         with self._lock:
             self._lives = False
             self._offer()
-
-
-_SHOWN = ("map", "x", "y", "heading")
 
 
 def child_setup(footprint: FootprintConfig, maps: Path, state: Path) -> dict[str, Any]:

@@ -102,17 +102,17 @@ class SpotService(ProducerService):
             self.forget()
         super()._follow(context, now_s)
 
-    def _besides(self) -> Mapping[str, Any]:
+    def _extra_fields(self) -> Mapping[str, Any]:
         return {"ask": self._ask}
 
-    def _hear(self, record: exchange.Record) -> None:
+    def _take_answer(self, record: exchange.Record) -> None:
         if self._ask is None or self.rides or record.ask != self._ask["number"]:
             return
         before, self._answer = self._answer, record
         if before is None or before.state != record.state:
             self._offer()
 
-    def _dies(self) -> None:
+    def _child_lost(self) -> None:
         with self._lock:
             self._ask = self._answer = None  # the new process does not know the spot
-            super()._dies()
+            super()._child_lost()
