@@ -1,16 +1,11 @@
 // The alerts on the caretaker's page: list, acknowledge, failed deliveries, test.
 
+import { button, element } from "./elements.js";
+
 const JSON_TYPE = { "Content-Type": "application/json" };
 const RETRY_MS = 2000;
 /** The newest; open ones are shown whatever their age. */
 const MOST_SHOWN = 12;
-
-const element = (name, text, act) => {
-  const made = document.createElement(name);
-  [made.textContent, made.dir] = [text, "auto"];
-  if (act) made.addEventListener("click", act);
-  return made;
-};
 
 /** Newest first. An open one has a button with which this phone's person takes over. */
 export class AlertList {
@@ -72,13 +67,13 @@ export class AlertList {
     for (const alert of open) {
       if (!known.has(`${alert.number} ${alert.count}`)) this.#notify(alert);
     }
-    const list = document.createElement("ul");
+    const list = element("ul");
     const newest = alerts.slice(-MOST_SHOWN);
     const shown = alerts.filter((alert) => open.includes(alert) || newest.includes(alert));
     list.append(...shown.reverse().map((alert) => this.#row(alert)));
     const label = (key) => this.#strings.label(key);
-    const note = element("p", label(routes.length ? "alert_note" : "alert_no_route"));
-    const test = element("button", label("alert_try"), () => this.test());
+    const note = element("p", "", label(routes.length ? "alert_note" : "alert_no_route"));
+    const test = button(label("alert_try"), () => this.test());
     this.#root.replaceChildren(note, test, list);
     this.#changed(open);
   }
@@ -89,21 +84,22 @@ export class AlertList {
 
   #row({ number, key, at, sentence, detail, count, state, by, deliveries }) {
     const label = (name) => this.#strings.label(name);
-    const row = element("li", "");
+    const row = element("li");
     row.dataset.state = state;
-    const words = element("p", "");
+    const words = element("p");
     const times = count > 1 ? ` ${count}×` : "";
-    words.append(element("b", `${this.#text(key)}${times}`));
+    words.append(element("b", "", `${this.#text(key)}${times}`));
     const when = new Date(at * 1000).toLocaleString(this.#strings.language);
-    words.append(element("small", `${when} · ${label(`alert_${state}`)} ${by}`.trim()));
-    for (const more of [sentence, detail]) if (more) words.append(element("small", more));
+    words.append(element("small", "", `${when} · ${label(`alert_${state}`)} ${by}`.trim()));
+    for (const more of [sentence, detail]) if (more) words.append(element("small", "", more));
     for (const [route, sent] of Object.entries(deliveries)) {
-      words.append(element("small", `${route}: ${label(`alert_${sent.state}`)} ${sent.detail}`));
+      const result = `${route}: ${label(`alert_${sent.state}`)} ${sent.detail}`;
+      words.append(element("small", "", result));
     }
     row.append(words);
     if (state === "open") {
       const take = () => this.#post({ acknowledge: number });
-      row.append(element("button", label("care_answer"), take));
+      row.append(button(label("care_answer"), take));
     }
     return row;
   }

@@ -1,5 +1,6 @@
 // Forms for the chair's settings and each person's own: rows from the host's limits.
 
+import { button, element } from "./elements.js";
 import { sureButton } from "./sure.js";
 
 const JSON_TYPE = { "Content-Type": "application/json" };
@@ -68,14 +69,6 @@ function draw(root, whose, rows) {
   });
   if (name) root.querySelector(`[name="${name}"]`).focus();
 }
-
-const button = (text, act) => {
-  const element = document.createElement("button");
-  element.type = "button";
-  element.textContent = text;
-  element.addEventListener("click", act);
-  return element;
-};
 
 /** The board's settings; read when shown, saved one by one. */
 export class ChairSettings {
@@ -175,8 +168,7 @@ export class PersonSettings {
       const save = (changed) => this.#change({ save: { id: mine.id, [name]: changed } });
       rows.push(row(this.#strings, name, field, value, save));
     }
-    const buttons = document.createElement("p");
-    buttons.className = "buttons";
+    const buttons = element("p", "buttons");
     buttons.append(
       button(label("care_new_person"), () => this.#change({ create: label("care_someone") })),
       sureButton(label("care_delete_person"), label("care_sure"), () =>

@@ -1,5 +1,6 @@
 // The first drive on the caretaker's page: its steps, one open at a time; facts come from the host.
 
+import { button, element, put } from "./elements.js";
 import { FloorMarks } from "./floor_marks.js";
 import { firstWords } from "./first_words.js";
 import { Held } from "./held.js";
@@ -11,16 +12,6 @@ const MOVES = ["relay", "tune", "turn"];
 /** Steps that only inform. */
 const TELLS = ["versions", "practice"];
 const MM = 10;
-
-const element = (name, className = "", text = "") => {
-  const made = document.createElement(name);
-  [made.className, made.textContent, made.dir] = [className, text, "auto"];
-  return made;
-};
-
-const put = (made, text) => {
-  if (made.textContent !== text) made.textContent = text;
-};
 
 /** Offers [[value, text]], unless it does already; what was chosen stays so. */
 const offer = (select, options) => {
@@ -165,21 +156,14 @@ class FirstDrive {
     for (const row of this.#status?.steps ?? []) this.#update(row, this.#status.run);
   }
 
-  #button(text, act, className = "") {
-    const made = element("button", className, text);
-    made.type = "button";
-    made.addEventListener("click", act);
-    return made;
-  }
-
   #hold(step, controls) {
     const words = { step: this.#words.label(`first_${step}`) };
-    const button = element("button", "held strong", this.#words.label("first_hold_button", words));
-    button.type = "button";
-    controls.append(button);
+    const held = element("button", "held strong", this.#words.label("first_hold_button", words));
+    held.type = "button";
+    controls.append(held);
     let edge = 0;
     this.#held.push(
-      new Held(button, {
+      new Held(held, {
         begin: () => {
           this.#forget();
           edge = this.#on.edge();
@@ -213,7 +197,7 @@ class FirstDrive {
     if (step === "camera") act = () => this.#marks.open();
     const own = { person: "first_choose", camera: "first_marks_open" };
     const text = label(own[step] ?? "first_begin");
-    controls.append(this.#button(text, () => act(), "strong"));
+    controls.append(button(text, () => act(), "strong"));
   }
 
   /** What the procedure asks, as buttons; the step's own controls when it asks nothing. */
@@ -234,9 +218,9 @@ class FirstDrive {
     row.controls.replaceChildren();
     if (!asks) return this.#begin(step, row.controls);
     for (const [key, answer] of answers[asks]) {
-      row.controls.append(this.#button(label(key), () => this.#post({ answer, asks })));
+      row.controls.append(button(label(key), () => this.#post({ answer, asks })));
     }
-    row.controls.append(this.#button(label("first_give_up"), () => this.#post({ give_up: true })));
+    row.controls.append(button(label("first_give_up"), () => this.#post({ give_up: true })));
   }
 
   #update(row, run) {

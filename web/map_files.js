@@ -1,6 +1,6 @@
 // Maps as files on the caretaker's page: saves one to the phone, imports one from the phone.
 
-import { button, element } from "./map_tools.js";
+import { button, element } from "./elements.js";
 
 const ZIP = "application/zip";
 const MEGA = 1e6;

@@ -1,5 +1,6 @@
 // What a caretaker draws on a map: places, no-go areas, the home spot; their list and forms.
 
+import { button, element } from "./elements.js";
 import { sign } from "./signs.js";
 import { sureButton } from "./sure.js";
 
@@ -11,19 +12,6 @@ const ICONS = [
 ];
 const MOST_CORNERS = 24;
 const MOST_NAME = 40;
-
-export const element = (name, className = "", text = "") => {
-  const made = document.createElement(name);
-  [made.className, made.textContent, made.dir] = [className, text, "auto"];
-  return made;
-};
-
-export const button = (text, act, className = "") => {
-  const made = element("button", className, text);
-  made.type = "button";
-  made.addEventListener("click", act);
-  return made;
-};
 
 /** A field for a name. */
 export const nameField = (words) => {

@@ -1,7 +1,8 @@
 // Maps on the caretaker's page: make one while driving, draw on it, rename, delete, files.
 
+import { button, element, put } from "./elements.js";
 import { MapFiles, download } from "./map_files.js";
-import { MapTools, button, element, nameField } from "./map_tools.js";
+import { MapTools, nameField } from "./map_tools.js";
 import { MapView } from "./map_view.js";
 import { mapWords } from "./map_words.js";
 import { sureButton, unsure } from "./sure.js";
@@ -11,9 +12,8 @@ const POLL_MS = 500;
 const PICTURE_MS = 2000;
 const NOTHING = { places: [], no_go: [], home: null };
 
-const put = (made, text) => {
-  if (made.textContent !== text) made.textContent = text;
-};
+/** True while a map is being made, by the host's answer. */
+const makes = (answer) => answer.wants !== "know";
 
 /** Ready to be shown; throws when its texts do not load. */
 export async function maps(root, strings) {
@@ -78,7 +78,7 @@ class Maps {
       // A request made meanwhile gets its own, newer answer.
       if (!answer || sent !== this.#sent) return;
       this.#show(answer, now);
-      if (answer.wants !== "know") return;
+      if (makes(answer)) return;
       // What did not load, or was changed by somebody else.
       if (this.#asking) return;
       if (this.#details ? this.#row !== this.#loaded : this.#usable) this.#load();
@@ -163,7 +163,7 @@ class Maps {
   #show(answer, now) {
     const was = this.#all;
     this.#all = answer;
-    const making = answer.wants !== "know";
+    const making = makes(answer);
     if (this.#parts.said === this.#words.reason("no_answer")) this.#tell("");
     const ended = answer.ended;
     // What had ended before this page looked on is no news.
@@ -175,13 +175,13 @@ class Maps {
     if (rows !== this.#rows) this.#list(rows);
     this.#parts.choose.value = this.#chosen;
     if (making) {
-      if (was?.wants === "know") this.#view.clear();
+      if (was && !makes(was)) this.#view.clear();
       this.#view.chair(answer.making);
       if (now - this.#pictureMs > PICTURE_MS) this.#grow(now);
-    } else if (was && was.wants !== "know") this.#open(this.#chosen);
+    } else if (was && makes(was)) this.#open(this.#chosen);
     else this.#view.chair(answer.where?.map === this.#chosen ? answer.where : null);
     this.#sentence();
-    if (!was || (was.wants !== "know") !== making) this.#arrange();
+    if (!was || makes(was) !== making) this.#arrange();
   }
 
   #list(rows) {
@@ -221,7 +221,7 @@ class Maps {
   async #grow(now) {
     this.#pictureMs = now;
     const answer = await this.#ask("/maps/growing", { cache: "no-store" });
-    if (!answer?.picture || this.#all.wants === "know") return;
+    if (!answer?.picture || !makes(this.#all)) return;
     this.#view.picture(`/maps/growing.png?${Math.round(now)}`, answer.picture);
   }
 
@@ -237,7 +237,7 @@ class Maps {
     this.#opened = map;
     this.#details = null;
     this.#tools.take("");
-    if (this.#all?.wants !== "know") return;
+    if (!this.#all || makes(this.#all)) return;
     this.#view.clear();
     this.#load();
   }
@@ -255,7 +255,7 @@ class Maps {
   async #load() {
     const [map, row] = [this.#chosen, this.#row];
     const details = this.#usable ? await this.#ask(`/maps/${map}`, { cache: "no-store" }) : null;
-    if (map !== this.#chosen || this.#all.wants !== "know") return;
+    if (map !== this.#chosen || makes(this.#all)) return;
     const named = this.#details?.name;
     this.#details = details;
     this.#loaded = row;
@@ -278,7 +278,7 @@ class Maps {
 
   /** Shows the parts; while a map is being made, only those for that. */
   #arrange() {
-    const making = this.#all !== null && this.#all.wants !== "know";
+    const making = this.#all !== null && makes(this.#all);
     const parts = this.#parts;
     parts.making.hidden = !making;
     parts.make.disabled = parts.choose.disabled = Boolean(making);

@@ -1,19 +1,13 @@
 // Pairing on the caretaker's page: a new code with its QR code, the device list, revoking.
 
 import { svg } from "./dom.js";
+import { button, element } from "./elements.js";
 import { sureButton } from "./sure.js";
 
 const JSON_TYPE = { "Content-Type": "application/json" };
 const ROLES = ["driver", "caretaker", "viewer"];
 /** White around a QR code, in modules: readers need it. */
 const QUIET = 4;
-
-const element = (name, text = "", className = "") => {
-  const made = document.createElement(name);
-  made.textContent = text;
-  made.className = className;
-  return made;
-};
 
 /** Rows of "0" and "1" as a picture. */
 function qrPicture(rows, spoken) {
@@ -41,7 +35,7 @@ export class Pairing {
 
   constructor(invite, list, strings, refuse) {
     this.#invite = invite;
-    this.#code = element("div", "", "code-sheet");
+    this.#code = element("div", "code-sheet");
     invite.after(this.#code);
     this.#list = list;
     this.#strings = strings;
@@ -73,15 +67,12 @@ export class Pairing {
     clearInterval(this.#timer);
     this.#code.hidden = true;
     this.#code.replaceChildren();
-    const roles = ROLES.map((role) => {
-      const choice = element("button", this.#strings.label(`role_${role}`));
-      choice.type = "button";
-      choice.addEventListener("click", () => this.#newCode(role));
-      return choice;
-    });
-    const buttons = element("p", "", "buttons");
-    buttons.append(...roles);
-    this.#invite.replaceChildren(element("p", this.#strings.label("care_which"), "note"), buttons);
+    const label = (key) => this.#strings.label(key);
+    const buttons = element("p", "buttons");
+    for (const role of ROLES) {
+      buttons.append(button(label(`role_${role}`), () => this.#newCode(role)));
+    }
+    this.#invite.replaceChildren(element("p", "note", label("care_which")), buttons);
   }
 
   async #newCode(role) {
@@ -89,18 +80,16 @@ export class Pairing {
     if (!answer) return;
     clearInterval(this.#timer);
     const label = (key) => this.#strings.label(key);
-    const left = element("p", "", "note");
-    const done = element("button", label("care_done"));
-    done.type = "button";
-    done.addEventListener("click", () => {
+    const left = element("p", "note");
+    const close = () => {
       this.#offer();
       this.load();
-    });
-    done.className = "strong";
+    };
+    const done = button(label("care_done"), close, "strong");
     const parts = [
-      element("p", `${label(`role_${role}`)}: ${label("care_scan")}`),
-      element("p", answer.url, "url"),
-      element("p", answer.code, "code"),
+      element("p", "", `${label(`role_${role}`)}: ${label("care_scan")}`),
+      element("p", "url", answer.url),
+      element("p", "code", answer.code),
       left,
       done,
     ];
@@ -126,9 +115,9 @@ export class Pairing {
       const item = element("li");
       const words = element("p");
       words.append(
-        element("b", name),
-        element("span", ` ${label(`role_${role}`)}${you ? `, ${label("care_this")}` : ""}`),
-        element("small", `${label("care_used")} ${day(used)}`),
+        element("b", "", name),
+        element("span", "", ` ${label(`role_${role}`)}${you ? `, ${label("care_this")}` : ""}`),
+        element("small", "", `${label("care_used")} ${day(used)}`),
       );
       const revoke = sureButton(label("care_revoke"), label("care_sure"), async (button) => {
         if (!(await this.#ask("/pairing/revoke", { id }))) return;
