@@ -18,6 +18,14 @@ const CROSS_PX = 14;
 const asked = ([ahead, left]) => ({ ahead, aside: Math.abs(left), side: left < 0 ? -1 : 1 });
 const within = (share) => Math.min(1, Math.max(0, share));
 
+/** A new element in `parent`; its class is its name. */
+const made = (name, parent, text = "") => {
+  const element = document.createElement(name);
+  [element.className, element.textContent, element.dir] = [name, text, "auto"];
+  parent.append(element);
+  return element;
+};
+
 export class FloorMarks {
   #words;
   #post;
@@ -43,24 +51,56 @@ export class FloorMarks {
 
   open() {
     if (this.#sheet || this.#row?.refused || !this.#row?.size) return;
-    const label = (key) => this.#words.label(key);
-    const made = (name, parent, text = "") => {
-      const element = document.createElement(name);
-      [element.className, element.textContent, element.dir] = [name, text, "auto"];
-      parent.append(element);
-      return element;
-    };
     const sheet = made("section", document.body);
     [sheet.id, sheet.ariaLabel] = ["marking", this.#words.label("first_camera")];
+    this.#sheet = sheet;
+    this.#parts = { ...this.#picture(sheet), ...this.#panel(sheet) };
+    this.#go(this.#now);
+  }
+
+  /** The picture, on which the marks are tapped. */
+  #picture(sheet) {
     const floor = made("div", sheet);
     [floor.className, floor.tabIndex, floor.role] = ["floor", 0, "application"];
-    floor.ariaLabel = label("first_marks_picture");
+    floor.ariaLabel = this.#words.label("first_marks_picture");
     floor.append(this.#view);
     const over = svg("svg", { "aria-hidden": true });
     floor.append(over);
+    floor.addEventListener("click", (event) => this.#tap(event));
+    floor.addEventListener("pointermove", (event) => this.#drag(event));
+    floor.addEventListener("pointerdown", (event) => this.#grasp(event));
+    const lifted = ({ pointerId: id }) => id === this.#grip?.id && (this.#grip = null);
+    for (const end of ["pointerup", "pointercancel"]) floor.addEventListener(end, lifted);
+    floor.addEventListener("keydown", (event) => this.#key(event));
+    return { floor, over };
+  }
+
+  /** What is asked, the mark's place on the floor, and the buttons. */
+  #panel(sheet) {
     const panel = made("div", sheet);
     panel.className = "panel";
     const asks = made("p", panel);
+    const fields = this.#fields(panel);
+    const told = made("p", panel);
+    [told.className, told.role] = ["told", "status"];
+    const controls = made("div", panel);
+    controls.className = "controls";
+    const button = (key, act, kind = "") => {
+      const one = made("button", controls, this.#words.label(key));
+      [one.type, one.className] = ["button", kind];
+      one.addEventListener("click", act);
+      return one;
+    };
+    const before = button("first_marks_before", () => this.#go(this.#now - 1));
+    const next = button("first_marks_next", () => this.#go(this.#now + 1));
+    const whole = button("first_marks_whole", () => this.#enlarge(1));
+    const fit = button("first_marks_fit", () => this.#fit(), "strong");
+    button("first_marks_close", () => this.close());
+    return { asks, ...fields, told, before, next, whole, fit };
+  }
+
+  #fields(panel) {
+    const label = (key) => this.#words.label(key);
     const place = made("div", panel);
     place.className = "place";
     const number = (key) => {
@@ -77,30 +117,7 @@ export class FloorMarks {
     side.append(new Option(label("first_marks_left"), 1));
     side.append(new Option(label("first_marks_right"), -1));
     side.addEventListener("change", () => this.#typed());
-    const told = made("p", panel);
-    [told.className, told.role] = ["told", "status"];
-    const controls = made("div", panel);
-    controls.className = "controls";
-    const button = (key, act, kind = "") => {
-      const one = made("button", controls, label(key));
-      [one.type, one.className] = ["button", kind];
-      one.addEventListener("click", act);
-      return one;
-    };
-    const before = button("first_marks_before", () => this.#go(this.#now - 1));
-    const next = button("first_marks_next", () => this.#go(this.#now + 1));
-    const whole = button("first_marks_whole", () => this.#enlarge(1));
-    const fit = button("first_marks_fit", () => this.#fit(), "strong");
-    button("first_marks_close", () => this.close());
-    this.#sheet = sheet;
-    this.#parts = { floor, over, asks, ahead, aside, side, told, before, next, whole, fit };
-    floor.addEventListener("click", (event) => this.#tap(event));
-    floor.addEventListener("pointermove", (event) => this.#drag(event));
-    floor.addEventListener("pointerdown", (event) => this.#grasp(event));
-    const lifted = ({ pointerId: id }) => id === this.#grip?.id && (this.#grip = null);
-    for (const end of ["pointerup", "pointercancel"]) floor.addEventListener(end, lifted);
-    floor.addEventListener("keydown", (event) => this.#key(event));
-    this.#go(this.#now);
+    return { ahead, aside, side };
   }
 
   close() {
@@ -255,9 +272,9 @@ export class FloorMarks {
   }
 
   #shape(name, parent, kind, fields) {
-    const made = svg(name, { class: kind, ...fields });
-    parent.append(made);
-    return made;
+    const shape = svg(name, { class: kind, ...fields });
+    parent.append(shape);
+    return shape;
   }
 
   #line(over, { m, px }, place) {
