@@ -178,22 +178,19 @@ class Daemon:
 
     def _serve(self) -> Access:
         """What people's devices reach: the pages."""
-        from gazechair.web.access import Access  # a third of the daemon's imports
+        from gazechair.web import PageParts  # a third of the daemon's imports
+        from gazechair.web.access import Access
 
-        return Access(
-            self._config,
-            SpotPort(
-                FirstDrivePort(self.control, self._guide, self._facts),
-                self.control,
-                self._producers.choose,
-            ),
-            self._camera.latest(),
-            self._guide.settings,
-            self._alerts,
-            self._guide,
-            self._maps,
-            self.parts.part(DEVICES),
+        port = FirstDrivePort(self.control, self._guide, self._facts)
+        parts = PageParts(
+            port=SpotPort(port, self.control, self._producers.choose),
+            pictures=self._camera.latest(),
+            settings=self._guide.settings,
+            alerts=self._alerts,
+            steps=self._guide,
+            maps=self._maps,
         )
+        return Access(self._config, parts, self.parts.part(DEVICES))
 
     @property
     def url(self) -> str:

@@ -3,44 +3,22 @@
 from __future__ import annotations
 
 from gazechair.base.health import Health
-from gazechair.base.latest_value import Latest
 from gazechair.base.state_folder import state_folder
-from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.settings import Config
-from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import PairingDesk, StoreError
 from gazechair.people.pairing.local import LocalDoor
 from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.show import code_as_text
-from gazechair.picture.camera import Frame
-from gazechair.web import WebError, WebServer
-from gazechair.web.alert_routes import AlertBook
-from gazechair.web.first_drive_routes import Steps
-from gazechair.web.map_routes import Maps
+from gazechair.web import PageParts, WebError, WebServer
 
 
 class Access:
     """All access for people's devices to the host."""
 
-    def __init__(
-        self,
-        config: Config,
-        port: DriverPort,
-        pictures: Latest[Frame] | None,
-        settings: CaretakerSettings,
-        alerts: AlertBook,
-        steps: Steps,
-        maps: Maps,
-        devices: Health | None = None,
-    ) -> None:
-        """Arguments: see WebServer; `devices`: the health of the list of paired devices."""
+    def __init__(self, config: Config, parts: PageParts, devices: Health | None = None) -> None:
+        """`devices`: the health of the list of paired devices."""
         self._config = config
-        self._driver_port = port
-        self._pictures = pictures
-        self._settings = settings
-        self._alerts = alerts
-        self._steps = steps
-        self._maps = maps
+        self._parts = parts
         self._devices = devices
         self._desk: PairingDesk | None = None
         self._web: WebServer | None = None
@@ -59,17 +37,7 @@ class Access:
         folder = state_folder(self._config.web.state_folder)
         try:
             self._desk = PairingDesk(folder, health=self._devices)
-            self._web = WebServer(
-                self._config,
-                self._driver_port,
-                self._pictures,
-                self._desk,
-                folder,
-                self._settings,
-                self._alerts,
-                self._steps,
-                self._maps,
-            )
+            self._web = WebServer(self._config, self._parts, self._desk, folder)
             self._side = LocalDoor(self._desk, folder, self._pairing_url)
             self._side.start()
         except StoreError as error:

@@ -6,6 +6,7 @@ import errno
 import logging
 import socket
 import threading
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -51,34 +52,32 @@ class WebError(ToldError):
     """Raised when the server can't start; one plain line: what, where, what to do."""
 
 
+@dataclass(frozen=True)
+class PageParts:
+    """The parts of the daemon that the pages show and change."""
+
+    port: DriverPort
+    pictures: Latest[Frame] | None
+    """The slot of the newest; None without a camera."""
+    settings: CaretakerSettings
+    alerts: alert_routes.AlertBook
+    steps: first_drive_routes.Steps
+    maps: map_routes.Maps
+
+
 class WebServer:
     """Serves the pages on config.web's address, on its own threads."""
 
-    def __init__(
-        self,
-        config: Config,
-        port: DriverPort,
-        pictures: Latest[Frame] | None,
-        desk: PairingDesk,
-        folder: Path,
-        settings: CaretakerSettings,
-        alerts: alert_routes.AlertBook,
-        steps: first_drive_routes.Steps,
-        maps: map_routes.Maps,
-    ) -> None:
-        """`pictures`: the slot of the newest, None without a camera; `folder`: for state."""
-        self._settings = settings
-        self._alerts = alerts
-        self._steps = steps
-        self._maps = maps
+    def __init__(self, config: Config, parts: PageParts, desk: PairingDesk, folder: Path) -> None:
+        """`folder`: for state."""
         self._config = config
-        self._driver_port = port
+        self._parts = parts
         self._desk = desk
         self._folder = folder
         self._tls = uses_tls(config.web)
         insecure = not self._tls and not is_loopback(config.web.host)
-        self._control = ControlHub(port, desk.knows, insecure)
-        self._pictures = PictureHub(pictures)
+        self._control = ControlHub(parts.port, desk.knows, insecure)
+        self._pictures = PictureHub(parts.pictures)
         self._server: Server | None = None
         self._thread: threading.Thread | None = None
         desk.on_revoke(self._revoked)
@@ -160,16 +159,17 @@ class WebServer:
         pairing_routes.add_routes(
             app, self._desk, self._cookie_name, lambda: f"{self.url}pair", self._tls
         )
-        profile_routes.add_routes(app, self._driver_port)
-        settings_routes.add_routes(app, self._settings, self._steps)
-        alert_routes.add_routes(app, self._alerts)
-        first_drive_routes.add_routes(app, self._steps)
-        map_routes.add_routes(app, self._maps)
+        parts = self._parts
+        profile_routes.add_routes(app, parts.port)
+        settings_routes.add_routes(app, parts.settings, parts.steps)
+        alert_routes.add_routes(app, parts.alerts)
+        first_drive_routes.add_routes(app, parts.steps)
+        map_routes.add_routes(app, parts.maps)
         sock = Sock(app)
 
         @app.get("/health")
         def health() -> Response:
-            return answer(self._driver_port.health())
+            return answer(parts.port.health())
 
         @app.get("/authority.crt")
         def authority() -> Response:

@@ -27,7 +27,7 @@ from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore
-from gazechair.web import WebServer, control_sockets, files, page_client
+from gazechair.web import PageParts, WebServer, control_sockets, files, page_client
 
 LONG_S = 20.0
 
@@ -249,17 +249,8 @@ def server(
     maps: MapDesk,
     tmp_path: Path,
 ) -> Iterator[WebServer]:
-    server = WebServer(
-        Config(web=WebConfig(port=0)),
-        port,
-        video,
-        desk,
-        tmp_path / "state",
-        CaretakerSettings(board),
-        alerts,
-        steps,
-        maps,
-    )
+    parts = PageParts(port, video, CaretakerSettings(board), alerts, steps, maps)
+    server = WebServer(Config(web=WebConfig(port=0)), parts, desk, tmp_path / "state")
     server.start()
     yield server
     server.stop()

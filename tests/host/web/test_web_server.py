@@ -15,7 +15,7 @@ import simple_websocket
 
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.settings import Config, WebConfig
-from gazechair.web import WebError, WebServer
+from gazechair.web import PageParts, WebError, WebServer
 from gazemeasure.page.raw_page import upgrade
 
 LONG_S = 20.0
@@ -116,8 +116,8 @@ def other(
     """Makes another server, with `tmp_path` as its state folder."""
 
     def make(web: WebConfig) -> WebServer:
-        settings = CaretakerSettings(board)
-        return WebServer(Config(web=web), port, None, desk, tmp_path, settings, alerts, steps, maps)
+        parts = PageParts(port, None, CaretakerSettings(board), alerts, steps, maps)
+        return WebServer(Config(web=web), parts, desk, tmp_path)
 
     return make
 

@@ -18,7 +18,7 @@ import simple_websocket
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.settings import Config, WebConfig
 from gazechair.people.pairing import Paired
-from gazechair.web import WebServer, connection_limits, handler
+from gazechair.web import PageParts, WebServer, connection_limits, handler
 from gazemeasure.page.raw_page import frame, upgrade
 
 LONG_S = 20.0
@@ -227,8 +227,8 @@ def encrypted(
     certificate_folder: Path,
 ) -> Iterator[Encrypted]:
     config = Config(web=WebConfig(port=0, tls=True))
-    settings = CaretakerSettings(board)
-    server = WebServer(config, port, None, desk, certificate_folder, settings, alerts, steps, maps)
+    parts = PageParts(port, None, CaretakerSettings(board), alerts, steps, maps)
+    server = WebServer(config, parts, desk, certificate_folder)
     server.start()
     paired = desk.pair(desk.new_code("driver").text, "tablet", "192.0.2.1")
     assert isinstance(paired, Paired)
