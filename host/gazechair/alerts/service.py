@@ -66,16 +66,11 @@ class Alerts:
         self._book = Book(routes)
         self._before = secrets.randbelow(1 << 30)  # a page that knew an earlier host reloads
         self._book.restore(self._diary.read(), clock(), wall())
-        asked = self._book.of(HELP_WANTED)
-        self.help_wanted = asked is not None and asked.state == OPEN
+        self.help_wanted = False
         """The driver asked for help before this host began, and nobody has answered."""
         self.answered_s: float | None = None
         """When somebody answered the driver's call before this host began, on `clock`."""
-        if asked is not None and asked.state == ACKNOWLEDGED:
-            self.answered_s = clock() - max(0.0, wall() - asked.answered)
-        lost = self._book.of(PART)
-        named = named_in(lost.detail) if lost is not None and lost.state != OVER else ()
-        self._watch = Watch(config.alerts.stuck_s, self.help_wanted, named)
+        self._watch = self._restored(config.alerts.stuck_s)
         self._failing: set[str] = set()
         self._missing = False  # Apprise, as far as is known
         self._broker = config.alerts.mqtt
@@ -95,6 +90,15 @@ class Alerts:
             threading.Thread(target=self._run, name="alerts", daemon=True),
             threading.Thread(target=self._keep, name="alert-diary", daemon=True),
         ]
+
+    def _restored(self, stuck_s: float) -> Watch:
+        """What to watch, after what the diary says of the time before this host began."""
+        asked, lost = self._book.of(HELP_WANTED), self._book.of(PART)
+        self.help_wanted = asked is not None and asked.state == OPEN
+        if asked is not None and asked.state == ACKNOWLEDGED:
+            self.answered_s = self._clock() - max(0.0, self._wall() - asked.answered)
+        named = named_in(lost.detail) if lost is not None and lost.state != OVER else ()
+        return Watch(stuck_s, self.help_wanted, named)
 
     def watch(self, chair: Chair) -> None:
         """Watch `chair`, from `start` on."""
@@ -187,9 +191,15 @@ class Alerts:
         with self._lock:
             for change in self._watch.look(situation, self._book.open_keys(), now_s):
                 if change.begins:
-                    said = str(person["help_sentence"])
-                    about = change.detail, change.since_s, change.another
-                    self._book.raise_(change.key, now_s, self._wall(), said, *about)
+                    self._book.raise_(
+                        change.key,
+                        now_s,
+                        self._wall(),
+                        str(person["help_sentence"]),
+                        change.detail,
+                        change.since_s,
+                        change.another,
+                    )
                 else:
                     self._book.end(change.key, now_s)
             asked = self._book.of(HELP_WANTED)
@@ -198,14 +208,17 @@ class Alerts:
                 self._book.acknowledge(asked.number, "", self._wall())
             due = self._book.due(now_s)
             state = self._as_state()
-        news = state != self._told or now_s - self._told_s >= _TELL_S
-        if self._sender is not None and self._broker and news:
-            self._told, self._told_s = state, now_s
-            self._sender.tell_broker(self._broker, self._node, state)
+        self._tell_broker(state, now_s)
         for alert, route in due:
             problem = self._send(alert, route.name, str(person["name"]))
             if problem:
                 self.result(alert.number, route.name, problem)
+
+    def _tell_broker(self, state: dict[str, str], now_s: float) -> None:
+        news = state != self._told or now_s - self._told_s >= _TELL_S
+        if self._sender is not None and self._broker and news:
+            self._told, self._told_s = state, now_s
+            self._sender.tell_broker(self._broker, self._node, state)
 
     def _as_state(self) -> dict[str, str]:
         """The state that Home Assistant shows."""
