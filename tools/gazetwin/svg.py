@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 
 WIDTH, HEIGHT = 720, 320
-_LEFT, _RIGHT, _TOP, _BOTTOM = 62, 16, 34, 48
+_LEFT, _TOP = 62, 34
+_END, _FLOOR = WIDTH - 16, HEIGHT - 48  # right and lower edges of the plot
 _MOST_POINTS = 700  # more than the plot has pixels shows nothing more
 # Colours that colour-blind eyes distinguish too (Okabe and Ito); each line also has its own dashes.
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -56,59 +57,22 @@ class Plot:
 
     def elements(self) -> str:
         """The plot as SVG elements within WIDTH x HEIGHT. ValueError without any finite point."""
-        points = [p for line in self.lines for p in zip(line.xs, line.ys, strict=True)]
-        points += [(mark.x, mark.y) for mark in self.marks]
-        points = [p for p in points if math.isfinite(p[0]) and math.isfinite(p[1])]
-        if not points:
-            raise ValueError(f"plot {self.title!r} has no finite point to show")
-        x_low, x_high = self.x_range or _widened([p[0] for p in points], 0.0)
-        y_low, y_high = self.y_range or _widened([p[1] for p in points], 0.05)
-
-        def at_x(x: float) -> float:
-            return _LEFT + (x - x_low) / (x_high - x_low) * (WIDTH - _LEFT - _RIGHT)
-
-        def at_y(y: float) -> float:
-            return HEIGHT - _BOTTOM - (y - y_low) / (y_high - y_low) * (HEIGHT - _TOP - _BOTTOM)
-
-        right, bottom = WIDTH - _RIGHT, HEIGHT - _BOTTOM
+        axes = self._axes()
         out = [f'<text class="title" x="{_LEFT}" y="20">{escape(self.title)}</text>']
         if self.band is not None:
-            low, high = max(y_low, self.band[0]), min(y_high, self.band[1])
-            height = at_y(low) - at_y(high)
+            low, high = max(axes.y_low, self.band[0]), min(axes.y_high, self.band[1])
+            height = axes.at_y(low) - axes.at_y(high)
             out.append(
-                f'<rect class="band" x="{_LEFT}" y="{at_y(high):.1f}" '
-                f'width="{right - _LEFT}" height="{height:.1f}"/>'
+                f'<rect class="band" x="{_LEFT}" y="{axes.at_y(high):.1f}" '
+                f'width="{_END - _LEFT}" height="{height:.1f}"/>'
             )
-        for x in _ticks(x_low, x_high):
-            out.append(f'<path class="grid" d="M{at_x(x):.1f} {_TOP}V{bottom}"/>')
-            out.append(
-                f'<text x="{at_x(x):.1f}" y="{bottom + 16}" text-anchor="middle">{x:g}</text>'
-            )
-        for y in _ticks(y_low, y_high):
-            out.append(f'<path class="grid" d="M{_LEFT} {at_y(y):.1f}H{right}"/>')
-            out.append(
-                f'<text x="{_LEFT - 6}" y="{at_y(y) + 4:.1f}" text-anchor="end">{y:g}</text>'
-            )
-        out.append(f'<path class="axis" d="M{_LEFT} {_TOP}V{bottom}H{right}"/>')
-        middle = (_TOP + bottom) / 2
-        out.append(
-            f'<text x="{(_LEFT + right) / 2}" y="{HEIGHT - 12}" text-anchor="middle">'
-            f"{escape(self.x_label)}</text>"
-        )
-        out.append(
-            f'<text x="16" y="{middle}" text-anchor="middle" '
-            f'transform="rotate(-90 16 {middle})">{escape(self.y_label)}</text>'
-        )
+        out += axes.grid()
+        out += self._labels()
         for k, line in enumerate(self.lines):
-            shown = [
-                (at_x(x), at_y(y))
-                for x, y in zip(line.xs, line.ys, strict=True)
-                if x_low <= x <= x_high and y_low <= y <= y_high
-            ]
-            out.append(_curve(shown, k))
+            out.append(_curve(axes.within(line), k))
             out.append(_legend(line, k))
         for mark in self.marks:
-            x, y = at_x(mark.x), at_y(mark.y)
+            x, y = axes.at_x(mark.x), axes.at_y(mark.y)
             out.append(f'<path class="mark" d="M{x - 5:.1f} {y:.1f}h10m-5-5v10"/>')
             side, anchor = (-8, "end") if x > 0.7 * WIDTH else (8, "start")
             out.append(
@@ -116,6 +80,62 @@ class Plot:
                 f"{escape(mark.text)}</text>"
             )
         return "\n".join(out)
+
+    def _axes(self) -> _Axes:
+        points = [p for line in self.lines for p in zip(line.xs, line.ys, strict=True)]
+        points += [(mark.x, mark.y) for mark in self.marks]
+        points = [p for p in points if math.isfinite(p[0]) and math.isfinite(p[1])]
+        if not points:
+            raise ValueError(f"plot {self.title!r} has no finite point to show")
+        x_range = self.x_range or _widened([p[0] for p in points], 0.0)
+        y_range = self.y_range or _widened([p[1] for p in points], 0.05)
+        return _Axes(*x_range, *y_range)
+
+    def _labels(self) -> list[str]:
+        centre, middle = (_LEFT + _END) / 2, (_TOP + _FLOOR) / 2
+        below = f'<text x="{centre}" y="{HEIGHT - 12}" text-anchor="middle">'
+        beside = (
+            f'<text x="16" y="{middle}" text-anchor="middle" transform="rotate(-90 16 {middle})">'
+        )
+        return [
+            f"{below}{escape(self.x_label)}</text>",
+            f"{beside}{escape(self.y_label)}</text>",
+        ]
+
+
+@dataclass(frozen=True)
+class _Axes:
+    """From the plot's values to places in the picture."""
+
+    x_low: float
+    x_high: float
+    y_low: float
+    y_high: float
+
+    def at_x(self, x: float) -> float:
+        return _LEFT + (x - self.x_low) / (self.x_high - self.x_low) * (_END - _LEFT)
+
+    def at_y(self, y: float) -> float:
+        return _FLOOR - (y - self.y_low) / (self.y_high - self.y_low) * (_FLOOR - _TOP)
+
+    def within(self, line: Line) -> list[tuple[float, float]]:
+        """The places of the line's points, without those beyond the axes."""
+        return [
+            (self.at_x(x), self.at_y(y))
+            for x, y in zip(line.xs, line.ys, strict=True)
+            if self.x_low <= x <= self.x_high and self.y_low <= y <= self.y_high
+        ]
+
+    def grid(self) -> Iterator[str]:
+        for x in _ticks(self.x_low, self.x_high):
+            at = self.at_x(x)
+            yield f'<path class="grid" d="M{at:.1f} {_TOP}V{_FLOOR}"/>'
+            yield f'<text x="{at:.1f}" y="{_FLOOR + 16}" text-anchor="middle">{x:g}</text>'
+        for y in _ticks(self.y_low, self.y_high):
+            at = self.at_y(y)
+            yield f'<path class="grid" d="M{_LEFT} {at:.1f}H{_END}"/>'
+            yield f'<text x="{_LEFT - 6}" y="{at + 4:.1f}" text-anchor="end">{y:g}</text>'
+        yield f'<path class="axis" d="M{_LEFT} {_TOP}V{_FLOOR}H{_END}"/>'
 
 
 def write(path: Path, plots: Sequence[Plot]) -> None:
@@ -156,7 +176,7 @@ def _curve(points: list[tuple[float, float]], k: int) -> str:
 
 
 def _legend(line: Line, k: int) -> str:
-    x, y = WIDTH - _RIGHT - 210, _TOP + 14 + 16 * k
+    x, y = _END - 210, _TOP + 14 + 16 * k
     colour = _COLOURS[k % len(_COLOURS)]
     dash = _DASHES[k % len(_DASHES)]
     key = f'<path class="line" stroke="{colour}" stroke-dasharray="{dash}" d="M{x} {y - 4}h24"/>'
