@@ -17,8 +17,7 @@ from typing import Any
 
 import gazesetup
 from gazeboard.core.limits import WIPER_NEUTRAL
-from gazechair.base import health as h
-from gazechair.base.health import Health
+from gazechair.base.health import OK, Health
 from gazechair.board.board_commands import Clearance, Command
 from gazechair.board.link import BoardLink
 from gazelink import codes
@@ -156,7 +155,7 @@ class _World:
 
 
 def _round_trips(world: _World, probe: StallProbe, n: int, report: Report) -> None:
-    world.until(lambda: world.link.health.state == h.OK)
+    world.until(lambda: world.link.health.state == OK)
     ours: list[float] = []
     bare: list[float] = []
     dropped = 0

@@ -15,8 +15,6 @@ from multiprocessing import get_context
 from multiprocessing.pool import Pool
 from typing import Any
 
-import numpy as np
-
 from gazeboard.core.motion import Motion
 from gazeboard.turning.turn import turn_controller
 from gazechair.assist.assist import Assist
@@ -24,9 +22,8 @@ from gazechair.base.footprint import Footprint, Margins
 from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.evaluate import Evaluator
 from gazechair.sensing.lidar.blind import Blindness
-from gazechair.sensing.lidar.scan import in_arcs, to_chair
+from gazechair.sensing.lidar.scan import to_chair
 from gazechair.sensing.odometry.motion import Motion as Moved
-from gazechair.sensing.odometry.points import Piece
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.go.assist_routes import route
@@ -204,7 +201,7 @@ class Run:
         self._held: str | None = None
         route = task.helped_route if way == HELPED else task.route
         self.person = GazeDriver(seed, route, way == HELPED)
-        self._turn_deg_s = 0.5 * self.chair._parameters.turn.positive * 0.9
+        self._turn_deg_s = 0.5 * self.chair.parameters.turn.positive * 0.9
         self._free_m = 0.0
         self.outcome = Outcome()
 
@@ -310,7 +307,7 @@ class Run:
             assist.motion(Moved(now_s, heading, *out))
         if self._steps % _LOOK_STEPS == 0:
             for at, eye in enumerate(self._eyes):
-                assist.see(at, half_turn(eye, now_s))
+                assist.see(at, eye.half_turn(now_s))
             if self._turns:  # seen at least once, even if the board ended it at once
                 assist.turns_himself(self._turns, now_s)
                 self._turns = _SIDES.get(self._held or "", 0)
@@ -336,20 +333,3 @@ class Run:
         self._free_m = 0.9 * gap_m
         if gap_m <= 0.0:
             self.outcome.contact = True
-
-
-def half_turn(eye: Eye, now_s: float) -> Piece:
-    """The newest half turn of a simulated lidar."""
-    count = eye._rays // 2
-    at = (eye._next - count + np.arange(count)) % eye._rays
-    angles = eye._angles_deg[at]
-    kept = ~in_arcs(angles, eye.mount.mask)
-    times = now_s - 0.5 * TURN_S * (1.0 - (np.arange(count) + 1.0) / count)
-    pose = eye.mount.pose
-    return Piece(
-        pose.directions_deg(angles[kept]),
-        eye._distances_m[at][kept],
-        times[kept],
-        (pose.x_m, pose.y_m),
-        eye._rays,
-    )

@@ -56,18 +56,18 @@ class Driven:
     chosen: str
     """The reason why no tap was accepted, or ""."""
     taps: int
-    state: State
-    near: float
+    state: State = State.OFF
+    near: float = 0.0
     """Share of the path within 10 cm of the tape."""
-    worst_m: float
-    followed: float
+    worst_m: float = 0.0
+    followed: float = 0.0
     """Share of the tape that the axle passed, without the part below the chair's front."""
-    end_m: float
+    end_m: float = 0.0
     """From the chair's front to the tape's end, along it; above 0 before it."""
-    lost_s: float
-    rolled_m: float
-    speed_m_s: float
-    cut_m_s: float
+    lost_s: float = 0.0
+    rolled_m: float = 0.0
+    speed_m_s: float = 0.0
+    cut_m_s: float = 0.0
     """True speed when tape or picture disappeared."""
 
     @property
@@ -333,7 +333,7 @@ def drive(job: Job) -> Driven:
     one = Drive(job)
     reason, taps = one.choose()
     if reason or one.follower is None:
-        return Driven(reason, taps, State.OFF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return Driven(reason, taps)
     cut_s = float(one._random.uniform(5.0, 10.0)) if job.cut else math.inf
     rows = np.array(one.run(_LIMIT_S, cut_s, job.cut))
     after = rows[:, 0] > cut_s
@@ -358,12 +358,12 @@ def drive(job: Job) -> Driven:
         "",
         taps,
         one.follower.state,
-        near,
-        float(off[from_m].max()) if from_m.any() else 0.0,
-        float((gaps[before] < 0.25).mean()),
-        end_m,
-        lost_s,
-        float(way[rows[1:, 0] > cut_s].sum()),
-        total / max(1e-9, float(rows[-1, 0])),
-        float(way[rows[1:, 0] <= cut_s][-1]) / _STEP_S if after.any() else 0.0,
+        near=near,
+        worst_m=float(off[from_m].max()) if from_m.any() else 0.0,
+        followed=float((gaps[before] < 0.25).mean()),
+        end_m=end_m,
+        lost_s=lost_s,
+        rolled_m=float(way[rows[1:, 0] > cut_s].sum()),
+        speed_m_s=total / max(1e-9, float(rows[-1, 0])),
+        cut_m_s=float(way[rows[1:, 0] <= cut_s][-1]) / _STEP_S if after.any() else 0.0,
     )

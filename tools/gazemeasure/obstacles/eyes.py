@@ -19,6 +19,7 @@ from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.evaluate import Evaluator
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import Pose, Scan, in_arcs, to_chair
+from gazechair.sensing.odometry.points import Piece
 from gazelink import codes
 from gazemeasure import prototype_rule
 from gazesim.lidar_noise import MISSING
@@ -102,6 +103,21 @@ class Eye:
     def scan(self, now_s: float) -> Scan:
         """The scan of the newest turn."""
         return Scan(self._angles_deg, self._distances_m.copy(), now_s - TURN_S, codes.SIMULATED)
+
+    def half_turn(self, now_s: float) -> Piece:
+        """The newest half turn, in the chair's directions, without what the chair itself fills."""
+        count = self._rays // 2
+        at = (self._next - count + np.arange(count)) % self._rays
+        kept = ~self._masked[at]
+        times = now_s - 0.5 * TURN_S * (1.0 - (np.arange(count) + 1.0) / count)
+        pose = self.mount.pose
+        return Piece(
+            pose.directions_deg(self._angles_deg[at][kept]),
+            self._distances_m[at][kept],
+            times[kept],
+            (pose.x_m, pose.y_m),
+            self._rays,
+        )
 
 
 class Ours:
