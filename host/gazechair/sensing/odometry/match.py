@@ -22,7 +22,7 @@ STATES = 7
 _SPREAD = np.zeros((3, STATES))
 _SPREAD[0, X] = _SPREAD[1, Y] = _SPREAD[2, OFFSET] = _SPREAD[2, ERROR] = 1.0
 
-_ITERATIONS = 8
+_ITERATIONS, _COARSE = 8, 3  # the first with coarse surfaces, the rest with fine ones
 _SETTLED_M = 2e-4
 _NOISE_M = 0.015
 _NOISE_PER_M = 0.002
@@ -72,21 +72,21 @@ def fit(
     state = prior.copy()
     distance = np.hypot(points[:, 0], points[:, 1])
     variance = (_NOISE_M + _NOISE_PER_M * distance) ** 2
-    for turn in range(_ITERATIONS):
+    for iteration in range(_ITERATIONS):
         angle = heading_rad + state[OFFSET] + state[ERROR]
         c, s = math.cos(angle), math.sin(angle)
         rotation = np.array(((c, s), (-s, c)))
         turned = points @ rotation
-        if turn == 0:
+        if iteration == 0:
             layers = layers_of(normals @ rotation)
-        surfaces = coarse if turn < 3 else fine
+        surfaces = coarse if iteration < _COARSE else fine
         moments, centres = surfaces.look_up(turned + state[:2], layers)
         rows, residuals, spread = _rows(moments, centres, turned, state[:2], alone)
-        loose = _LOOSE_M if turn < 3 else _TIGHT_M
+        loose = _LOOSE_M if iteration < _COARSE else _TIGHT_M
         robust = 1.0 / (1.0 + (residuals / loose) ** 2) ** 2
         which = spread[1]
         strength = robust / ((spread[0] + variance[which]) * CORRELATED)
-        if turn in (0, 3):  # surfaces are coarse, then fine
+        if iteration in (0, _COARSE):
             told = Constraints(rows, turned[which] + state[:2], strength)
             open_axes = together([*before, told]).open_axes()
             free, kept = _free_and_kept(open_axes, np.array((c, s)))
@@ -102,7 +102,11 @@ def fit(
         pull = weight @ free.T @ (prior - state) + free.T @ _SPREAD.T @ gradient
         step = free @ np.linalg.solve(whole, pull)
         state += step
-        if turn >= 3 and abs(step[X]) + abs(step[Y]) < _SETTLED_M and abs(step[OFFSET]) < 1e-4:
+        if (
+            iteration >= _COARSE
+            and abs(step[X]) + abs(step[Y]) < _SETTLED_M
+            and abs(step[OFFSET]) < 1e-4
+        ):
             break
     count = max(1, len(points))
     near = np.zeros(len(points), dtype=np.bool_)
