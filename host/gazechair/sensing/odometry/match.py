@@ -23,7 +23,7 @@ _SPREAD = np.zeros((3, STATES))
 _SPREAD[0, X] = _SPREAD[1, Y] = _SPREAD[2, OFFSET] = _SPREAD[2, ERROR] = 1.0
 
 _ITERATIONS, _COARSE = 8, 3  # the first with coarse surfaces, the rest with fine ones
-_SETTLED_M = 2e-4
+_SETTLED_M, _SETTLED_RAD = 2e-4, 1e-4
 _NOISE_M = 0.015
 _NOISE_PER_M = 0.002
 _FEW = 5.0  # points: fewer in a cell's square are no surface
@@ -102,11 +102,8 @@ def fit(
         pull = weight @ free.T @ (prior - state) + free.T @ _SPREAD.T @ gradient
         step = free @ np.linalg.solve(whole, pull)
         state += step
-        if (
-            iteration >= _COARSE
-            and abs(step[X]) + abs(step[Y]) < _SETTLED_M
-            and abs(step[OFFSET]) < 1e-4
-        ):
+        settled = abs(step[X]) + abs(step[Y]) < _SETTLED_M and abs(step[OFFSET]) < _SETTLED_RAD
+        if settled and iteration >= _COARSE:
             break
     count = max(1, len(points))
     near = np.zeros(len(points), dtype=np.bool_)
