@@ -13,6 +13,7 @@ from gazechair.sensing.mapping.stored.picture import Picture, drawn
 from gazechair.sensing.mapping.stored.places import EditRefused
 from gazechair.sensing.mapping.stored.ros_map import RosMapError
 from gazechair.sensing.mapping.stored.store import ACTS, MapStore, Stored
+from gazechair.sensing.mapping.worker import KNOW, MAKE, SAVE
 
 _OLD_S = 1.0  # a pose
 
@@ -36,7 +37,7 @@ class MapDesk:
         ended = service.ended if service is not None else None
         return {
             "state": service.state if service is not None else "off",
-            "wants": service.wants if service is not None else "know",
+            "wants": service.wants if service is not None else KNOW,
             "making": service.making if service is not None else None,
             "ended": vars(ended) if ended is not None else None,
             "where": self.where(),
@@ -115,15 +116,15 @@ class MapDesk:
 
     def _making(self, act: str, value: Any) -> None:
         service = self._service
-        if act not in ("make", "save", "discard") or (act != "save" and value is not True):
+        if act not in (MAKE, SAVE, "discard") or (act != SAVE and value is not True):
             raise EditRefused("map_request", f"there is no act {act!r}")
         if service is None:
             raise EditRefused("map_no_lidar", "there is no lidar, or odometry is off")
-        if act == "make":
+        if act == MAKE:
             if len(self._store.all()) >= MapStore.MOST:
                 raise EditRefused("map_full", f"there are at most {MapStore.MOST} maps")
             done = service.make()
-        elif act == "save":
+        elif act == SAVE:
             name = self._store.check_name(value)
             done = service.save(self._store.path_of_new(), name)
         else:

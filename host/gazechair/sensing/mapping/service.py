@@ -17,7 +17,7 @@ from gazechair.base.supervisor import Status
 from gazechair.config.settings import LidarConfig
 from gazechair.sensing.mapping.locating.whereabouts import Fix, Whereabouts, onward
 from gazechair.sensing.mapping.stored.picture import Picture
-from gazechair.sensing.mapping.worker import AGAIN, UNKNOWN
+from gazechair.sensing.mapping.worker import AGAIN, KNOW, MAKE, SAVE, UNKNOWN
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.inbox_service import InboxService
@@ -52,7 +52,7 @@ class MappingService(InboxService):
         self._health = health
         self._lock = threading.Lock()
         self._number = 0
-        self._wants = "know"
+        self._wants = KNOW
         self._word: bytes | None = None  # the newest request, as sent
         self._lost_s: float | None = None  # since when the pose is unknown
         self._listeners: list[Callable[[Whereabouts], None]] = []
@@ -107,32 +107,32 @@ class MappingService(InboxService):
     def make(self) -> bool:
         """Begin to make a map; False: one is being made."""
         with self._lock:
-            if self._wants != "know":
+            if self._wants != KNOW:
                 return False
             self.ended = self.picture = None
-            self._want("make")
+            self._want(MAKE)
             return True
 
     def save(self, path: Path, name: str) -> bool:
         """Store the map that is being made; `ended` gets the result. False: there is none."""
         with self._lock:
-            if self._wants != "make":
+            if self._wants != MAKE:
                 return False
             self.ended = None
-            self._want("save", path=str(path), name=name)
+            self._want(SAVE, path=str(path), name=name)
             return True
 
     def discard(self) -> bool:
         """Discard the map that is being made. False: there is none, or it is being stored."""
         with self._lock:
-            if self._wants != "make":
+            if self._wants != MAKE:
                 return False
-            self._want("know")
+            self._want(KNOW)
             return True
 
     @property
     def wants(self) -> str:
-        """The current request: "know", "make" or "save"."""
+        """The current request: KNOW, MAKE or SAVE."""
         return self._wants
 
     def _want(self, do: str, **more: str) -> None:
@@ -145,7 +145,7 @@ class MappingService(InboxService):
     def _on_data(self, payload: bytes) -> None:
         fields = json.loads(payload)
         self.state = str(fields["state"])
-        self.making = fields["making"] if self._wants != "know" else None
+        self.making = fields["making"] if self._wants != KNOW else None
         fix = fields["fix"]
         self._fix = Fix(**fix) if fix is not None else None
         if fix is None:
@@ -184,10 +184,10 @@ class MappingService(InboxService):
             if ended["n"] != self._number:
                 return
             self.ended = Ended(ended["reason"], ended["detail"], ended["map"])
-            if ended["reason"] in AGAIN and self._wants == "save":
-                self._wants = "make"
+            if ended["reason"] in AGAIN and self._wants == SAVE:
+                self._wants = MAKE
             else:
-                self._want("know")
+                self._want(KNOW)
 
     def _on_status(self, status: Status) -> None:
         self._fix = None
@@ -200,7 +200,7 @@ class MappingService(InboxService):
     def _give_up(self, reason: str, detail: str) -> None:
         """The child has ended: what it had collected is lost, what it was storing may be stored."""
         with self._lock:
-            if self._wants == "make":
+            if self._wants == MAKE:
                 self.ended = Ended(reason, detail, "")
-                self._want("know")
+                self._want(KNOW)
             self.making = None

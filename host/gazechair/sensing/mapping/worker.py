@@ -29,6 +29,8 @@ from gazechair.sensing.odometry.inbox import HalfTurn
 # Reasons after which saving can be retried: the collected key scans are kept.
 AGAIN = ("map_not_stored", "map_full", "map_empty")
 
+# The daemon's requests: locate the chair, make a map, store the one that was made.
+KNOW, MAKE, SAVE = "know", "make", "save"
 # States.
 NO_MAPS, UNKNOWN, KNOWN, MAKING, SAVING = "no_maps", "unknown", "known", "making", "saving"
 
@@ -80,13 +82,13 @@ class Worker:
         self._problem = ""
 
     def word(self, word: Mapping[str, Any]) -> None:
-        """The daemon's request: "know", "make", "save" (name, path); `n` counts requests."""
+        """The daemon's request: KNOW, MAKE or SAVE (name, path); `n` counts requests."""
         if word["n"] == self._number or self._saving is not None:
             return
         self._number = int(word["n"])
-        if word["do"] == "save":
+        if word["do"] == SAVE:
             self._save(Path(word["path"]), str(word["name"]))
-        elif word["do"] == "make":
+        elif word["do"] == MAKE:
             if find_spec("g2opy") is None:
                 self._end("map_missing", "making a map needs: pip install 'gazechair[home]'")
                 return
