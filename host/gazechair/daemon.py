@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from gazechair.alerts.service import Alerts
 from gazechair.assist.service import AssistService
-from gazechair.base import health as h
+from gazechair.base import health as states
 from gazechair.base.health import Health, HealthRegistry
 from gazechair.base.machine import Machine
 from gazechair.base.reasons import kind
@@ -167,7 +167,13 @@ class Daemon:
         config = self._config
         odometry, forward = self._odometry, ForwardStore(folder, self.parts.part(FORWARD))
         self._guide = Guide(
-            *(config, self.link, self.parts, self.control, profiles, record, self._remask),
+            config,
+            self.link,
+            self.parts,
+            self.control,
+            profiles,
+            record,
+            self._remask,
             measured=None if odometry is None else odometry.latest.entry,
             keep=forward.keep,
             marks=None
@@ -267,7 +273,7 @@ class Daemon:
         """Until they deliver or are lost: a dozen children that start beside theirs would take the
         processors from what the chair needs to drive."""
         health, end_s = self.parts.part("lidar"), time.monotonic() + _FIRST_S
-        while health.state == h.STARTING and time.monotonic() < end_s:
+        while health.state == states.STARTING and time.monotonic() < end_s:
             time.sleep(_LOOK_S)
 
     def _measuring(self, lidars: tuple[LidarConfig, ...]) -> OdometryService:
@@ -357,4 +363,4 @@ def _start(part: _Part, health: Health) -> None:
         part.start()
     except Exception as error:
         log.exception("%s does not start", health.name)
-        health.set(h.LOST, f"{kind(health.name)}_lost", f"does not start: {error}")
+        health.set(states.LOST, f"{kind(health.name)}_lost", f"does not start: {error}")

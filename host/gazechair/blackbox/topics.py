@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from gazechair.base import health as h
+from gazechair.base import health as states
 from gazechair.blackbox import ros
 from gazelink import messages
 
@@ -17,7 +17,7 @@ Said = tuple[str, str, dict[str, Any]]
 
 CHAIR = "chair"  # the frame of the drive axle: x forward, y to the left
 
-_LEVELS = {h.OK: 0, h.STARTING: 1, h.DEGRADED: 1, h.LOST: 2}
+_LEVELS = {states.OK: 0, states.STARTING: 1, states.DEGRADED: 1, states.LOST: 2}
 
 
 def _up(at_ns: int, frame: bytes) -> Iterator[Said]:

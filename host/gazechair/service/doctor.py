@@ -16,7 +16,7 @@ from pathlib import Path
 
 from gazechair.alerts.mqtt import MISSING as BROKER_MISSING
 from gazechair.alerts.mqtt import try_broker
-from gazechair.base import health as h
+from gazechair.base import health as states
 from gazechair.base.languages import advice
 from gazechair.base.sole_daemon import AlreadyRunning, no_daemon
 from gazechair.base.state_folder import state_folder
@@ -133,11 +133,11 @@ def _devices(config: Config) -> Iterator[Finding]:
     for name, answer in answers.items():
         if name == "lidar" and all(lidar.kind == "off" for lidar in config.lidar):
             yield Finding(WARN, name, answer.detail, "without one the board does not arm")
-        elif answer.state == h.OK:
+        elif answer.state == states.OK:
             yield Finding(OK, name, answer.detail or "delivers")
         else:
             # The detail ends with what to do.
-            level = WARN if answer.state == h.DEGRADED or name == "camera" else FAIL
+            level = WARN if answer.state == states.DEGRADED or name == "camera" else FAIL
             do = "" if answer.detail else advice(answer.reason)
             yield Finding(level, name, answer.detail or f"{answer.state}, no answer", do)
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
-from gazechair.base import health as h
+from gazechair.base import health as states
 from gazechair.base.health import HealthRegistry, HealthState
 from gazechair.base.languages import message
 from gazechair.board import ports
@@ -43,7 +43,7 @@ def ask(config: Config) -> dict[str, HealthState]:
         answers = registry.states()
         answers["board"] = _introduced(link, answers["board"])
         answers |= _faults(link)
-        if answers["lidar"].state == h.OK:
+        if answers["lidar"].state == states.OK:
             answers["lidar"] = replace(answers["lidar"], detail=lidar.describe())
     finally:
         for part in (camera, lidar, link):
@@ -54,14 +54,15 @@ def ask(config: Config) -> dict[str, HealthState]:
 def _settled(registry: HealthRegistry) -> bool:
     now_s = time.monotonic()
     return all(
-        state.state == h.OK or (state.state == h.LOST and now_s - state.since_s > _SETTLED_S)
+        state.state == states.OK
+        or (state.state == states.LOST and now_s - state.since_s > _SETTLED_S)
         for state in registry.states().values()
     )
 
 
 def _introduced(link: BoardLink, answer: HealthState) -> HealthState:
     board = link.board()
-    if answer.state != h.OK or board is None:
+    if answer.state != states.OK or board is None:
         return answer
     round_trip_s = link.ping()
     took = "no answer to a ping" if round_trip_s is None else f"{round_trip_s * 1000:.1f} ms"
@@ -79,6 +80,6 @@ def _faults(link: BoardLink) -> Iterator[tuple[str, HealthState]]:
         time.sleep(_POLL_S)
     for bit, name, severity, _latched in codes.FAULTS:
         if state.faults >> bit & 1 and bit not in _NO_HOST:
-            level = h.LOST if severity == codes.ERROR else h.DEGRADED
+            level = states.LOST if severity == codes.ERROR else states.DEGRADED
             detail = " ".join(message("en", name))
             yield f"board fault {name}", HealthState(level, name, detail, state.received_s)
