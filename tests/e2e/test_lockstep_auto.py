@@ -51,7 +51,7 @@ class Going(Lockstep):
         if self.plans and self.now_ms % 20 == 0:
             context = control.mode_context()
             if context.mode:
-                control.mode_says(context.mode, context.press, self.output, self.now_s() + LIFE_S)
+                control.mode_output(context.mode, context.press, self.output, self.now_s() + LIFE_S)
         if self.looks and self.page.alive and self.now_ms % 250 == 0:
             self.page.look()
 

@@ -73,12 +73,12 @@ def _a_lost_mode_drives_on(patch: pytest.MonkeyPatch) -> None:
 
 
 def _another_press_is_answered(patch: pytest.MonkeyPatch) -> None:
-    says = Arbiter.mode_says
+    says = Arbiter.mode_output
 
     def any_press(self: Arbiter, mode: str, _number: int, *rest: Any) -> None:
         says(self, *self.mode_press, *rest)
 
-    patch.setattr(Arbiter, "mode_says", any_press)
+    patch.setattr(Arbiter, "mode_output", any_press)
 
 
 def _a_life_that_ends_drives_on(patch: pytest.MonkeyPatch) -> None:

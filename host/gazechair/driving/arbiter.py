@@ -284,7 +284,7 @@ class Arbiter:
 
     # Driving
 
-    def mode_says(
+    def mode_output(
         self, mode: str, number: int, output: ModeOutput, till_s: float, now_s: float, reached: bool
     ) -> None:
         """The output of `mode` in its press `number`: (linear, turn), None: it has ended.
@@ -315,7 +315,7 @@ class Arbiter:
         self._heard(client, page, now_s, message.proof)
         new = self._press.is_new(client, message.edge)
         if new:
-            page.told.clear()
+            page.refused.clear()
             self._press.pressed()
         if not offered or not self._may_drive(client, page):
             reason = "not_armed" if self._owner is None else "not_owner"
@@ -351,9 +351,9 @@ class Arbiter:
 
     def _refuse_once(self, what: str, page: Client, edge: int, reason: str) -> Refusal | None:
         # A pressed button repeats all the time; one refusal per press is enough.
-        if reason in page.told:
+        if reason in page.refused:
             return None
-        page.told.add(reason)
+        page.refused.add(reason)
         return Refusal(what, reason, f"press {edge} does not move the chair: {reason}")
 
     def _own(self, client: int, page: Client, message: Arm | Take, now_s: float) -> Refusal | None:
@@ -385,9 +385,9 @@ class Arbiter:
             self._press.pressed()
             self._bypass.begin(client, edge, deadline_s)
             return None
-        if self._bypass.refresh(client, edge, deadline_s) or page.bypass_told == edge:
+        if self._bypass.refresh(client, edge, deadline_s) or page.bypass_refused == edge:
             return None
-        page.bypass_told = edge
+        page.bypass_refused = edge
         detail = "this press of the bypass has ended; release and press again"
         return Refusal("bypass", "needs_new_command", detail)
 

@@ -16,8 +16,8 @@ class Client:
     role_name: str
     heard_s: float
     is_input: bool = False  # else a page
-    told: set[str] = field(default_factory=set)  # refusals already sent about its newest press
-    bypass_told: int = 0  # edge of a bypass already refused
+    refused: set[str] = field(default_factory=set)  # refusals already sent about its newest press
+    bypass_refused: int = 0  # edge of a bypass already refused
 
 
 class Stops:

@@ -135,7 +135,7 @@ class Control:
         """Act on a message from a page or an input; a refusal if it was not followed."""
         with self._lock:
             now_s = self._clock()
-            self._hear_board(now_s)  # the arbiter must know what the page has seen
+            self._read_board(now_s)  # the arbiter must know what the page has seen
             was_permille = self._arbiter.cap_permille
             offered = not isinstance(meaning, UseMode) or meaning.mode in self._tiles
             refusal = self._arbiter.receive(client, meaning, now_s, offered)
@@ -143,7 +143,7 @@ class Control:
                 self._stop_seen.said(client, now_s)
             if self._arbiter.cap_permille != was_permille:
                 self._speed_cap.keep(self._arbiter.cap_permille)
-            self._tell_board()
+            self._send_to_board()
         return refusal
 
     def offer_mode(self, mode: str, tile: Message | None) -> None:
@@ -152,7 +152,8 @@ class Control:
             now_s = self._clock()
             if tile is None:
                 self._tiles.pop(mode, None)
-                self._arbiter.mode_says(mode, self._arbiter.mode_press[1], None, 0.0, now_s, False)
+                press = self._arbiter.mode_press[1]
+                self._arbiter.mode_output(mode, press, None, 0.0, now_s, False)
             else:
                 self._tiles[mode] = tile
             self._arbiter.auto_modes = frozenset(m for m, t in self._tiles.items() if t.get("auto"))
@@ -162,15 +163,15 @@ class Control:
         """Set the source of all enabled plug-ins, as pages show them."""
         self._plugins = rows
 
-    def mode_says(
+    def mode_output(
         self, mode: str, number: int, output: ModeOutput, till_s: float, reached: bool = True
     ) -> None:
-        """The output of `mode` in its press `number`; see Arbiter.mode_says."""
+        """The output of `mode` in its press `number`; see Arbiter.mode_output."""
         with self._lock:
             now_s = self._clock()
-            self._hear_board(now_s)
-            self._arbiter.mode_says(mode, number, output, till_s, now_s, reached)
-            self._tell_board()
+            self._read_board(now_s)
+            self._arbiter.mode_output(mode, number, output, till_s, now_s, reached)
+            self._send_to_board()
 
     def mode_context(self) -> ModeContext:
         """What modes may know now."""
@@ -308,7 +309,7 @@ class Control:
             self._late_s = max(self._late_s, now_s - self.alive_s - LOOK_S)
             self.alive_s = now_s
 
-    def _hear_board(self, now_s: float) -> BoardState | None:
+    def _read_board(self, now_s: float) -> BoardState | None:
         state = self._link.state()
         if state is not None:
             self._stop_seen.board(state.motion_name == "stopped", state.received_s)
@@ -324,8 +325,8 @@ class Control:
         return state
 
     def _refresh(self, now_s: float) -> None:
-        state = self._hear_board(now_s)
-        self._tell_board()
+        state = self._read_board(now_s)
+        self._send_to_board()
         parts = self._parts.states()
         problems = self._problems(parts, state, now_s)
         self._verdict = self._errors.fold(problems, now_s)
@@ -366,7 +367,7 @@ class Control:
             "alerts": self._alerts.revision if self._alerts else 0,
             "profile": self._profiles.revision,
             "simulated": self._simulated(),
-            "turned": self._step_turns.told,
+            "turned": self._step_turns.turned,
         }
 
     def _problems(
@@ -376,7 +377,7 @@ class Control:
         age_s = None if clearance is None else now_s - clearance.acquired_s
         return of_host(parts, state, age_s, self._picture_age_s(), silent)
 
-    def _tell_board(self) -> None:
+    def _send_to_board(self) -> None:
         # Orders first: nothing may move between the decision to disarm and its order.
         for action, owner in self._arbiter.take_orders():
             self._link.order(action, owner)

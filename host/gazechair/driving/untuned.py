@@ -36,10 +36,10 @@ def slowed(command: Command, state: BoardState | None) -> Command:
 
 
 class StepTurns:
-    """Follows the board's states; `told`: result of the last step turn. Not thread-safe."""
+    """Follows the board's states; `turned`: result of the last step turn. Not thread-safe."""
 
     def __init__(self) -> None:
-        self.told: tuple[int, int] | None = None
+        self.turned: tuple[int, int] | None = None
         """Degrees turned of degrees requested; None while there is none, or the profile is tuned"""
         self._began_deg: float | None = None
         self._rests_deg = 0.0
@@ -49,7 +49,7 @@ class StepTurns:
     def board(self, state: BoardState | None, command: Command) -> None:
         """The board's newest state, and the newest command to it."""
         if state is None or state.tuned is not False or not state.heading_known:
-            self.told = self._began_deg = self._ended_s = None
+            self.turned = self._began_deg = self._ended_s = None
             return
         if state.motion == codes.TURNING:
             self._turning(state, command)
@@ -61,7 +61,7 @@ class StepTurns:
                 self._ended_s = state.received_s
             elif state.received_s - self._ended_s >= _SETTLED_S:
                 turned = half_turn_deg(state.heading_deg - self._began_deg)
-                self.told = round(turned * self._sign), round(state.step_deg)
+                self.turned = round(turned * self._sign), round(state.step_deg)
                 self._began_deg = None
         self._rests_deg = state.heading_deg
 
@@ -73,4 +73,4 @@ class StepTurns:
         if step and command.edge == state.edge and self._began_deg is None:
             self._began_deg = self._rests_deg
             self._sign = 1 if command.verb == codes.LEFT else -1
-            self.told = None
+            self.turned = None

@@ -31,7 +31,7 @@ class Port(Protocol):
     def proof(self, born_s: float) -> int: ...
     def stopped_s(self) -> float: ...
     def act(self, client: int, meaning: PageMessage) -> Refusal | None: ...
-    def mode_says(
+    def mode_output(
         self, mode: str, number: int, output: ModeOutput, till_s: float, reached: bool = True
     ) -> None: ...
 
@@ -141,7 +141,7 @@ class ModeProducer:
             moves = i.do == "drive"
             output = self._within(i.linear_permille, i.turn_permille) if moves else None
             till_s = value.born_s + self._life_s
-            self._port.mode_says(self._name, value.press, output, till_s, reached)
+            self._port.mode_output(self._name, value.press, output, till_s, reached)
         return value
 
 

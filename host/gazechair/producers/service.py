@@ -251,7 +251,7 @@ class ProducerService(InboxService):
         self._word_s = float("-inf")
         if settings is None:  # unknown since the last look: nothing can be planned
             self._ride.ended_s, self._ride.reason = now_s, FAILED
-            self._port.mode_says(context.mode, context.press, None, now_s, False)
+            self._port.mode_output(context.mode, context.press, None, now_s, False)
 
     def _end(self, ride: _Ride, now_s: float) -> None:
         ride.ended_s = now_s

@@ -37,7 +37,7 @@ class Auto(Scene):
 
     def plan(self, life_s: float = 0.15, output: tuple[int, int] | None = (300, 50)) -> None:
         mode, number = self.arbiter.mode_press
-        self.arbiter.mode_says(mode, number, output, self.now_s + life_s, self.now_s, True)
+        self.arbiter.mode_output(mode, number, output, self.now_s + life_s, self.now_s, True)
 
     def go_on(self, seconds: float) -> None:
         """Time passes while the planner plans."""

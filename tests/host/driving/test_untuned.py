@@ -67,24 +67,24 @@ def turn(turns: StepTurns, command: Command = LEFT, end_deg: float = 357.0, **mo
 def test_where_a_step_ended_is_told() -> None:
     turns = StepTurns()
     turn(turns)
-    assert turns.told == (7, 10)
+    assert turns.turned == (7, 10)
     turn(turns, replace(LEFT, edge=6), 2.0)  # over north
-    assert turns.told == (12, 10)
+    assert turns.turned == (12, 10)
     turn(turns, replace(LEFT, verb=codes.RIGHT, edge=7), 341.0)
-    assert turns.told == (9, 10)
+    assert turns.turned == (9, 10)
 
 
 def test_only_steps_of_an_untuned_chair_are_told() -> None:
     turns = StepTurns()
     turn(turns, replace(LEFT, mode=codes.CONTINUOUS))
-    assert turns.told is None
+    assert turns.turned is None
     turn(turns, settings=TUNED.settings)
-    assert turns.told is None
+    assert turns.turned is None
     turn(turns, faults=codes.HEADING_FAULTS)
-    assert turns.told is None
+    assert turns.turned is None
     turn(turns)
     turns.board(None, LEFT)
-    assert turns.told is None
+    assert turns.turned is None
 
 
 def test_it_is_said_where_all_else_is_well() -> None:

@@ -52,7 +52,7 @@ class Chair:
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
 
-    def mode_says(
+    def mode_output(
         self, mode: str, number: int, output: ModeOutput, _till_s: float, reached: bool = True
     ) -> None:
         self.outputs.append(output)
