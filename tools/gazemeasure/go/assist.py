@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import dataclass
-from multiprocessing import get_context
 from multiprocessing.pool import Pool
 from typing import Any
 
@@ -29,6 +28,7 @@ from gazelink.settings_table import PROFILES
 from gazemeasure.go.assist_routes import route
 from gazemeasure.obstacles.eyes import CORNERS, TURN_S, Eye
 from gazemeasure.obstacles.run import deliver, fastest
+from gazemeasure.pools import forked
 from gazemeasure.report import Report
 from gazemeasure.turn.board import settings_with
 from gazesim import chair as twin
@@ -48,7 +48,6 @@ _LOOK_STEPS = 5
 _RAYS = 3200
 _LIMIT_S = 90.0
 _ARRIVED = 95.0  # %, as of the doors of 0.81 m
-_PROCESSES = 2
 _FULL = 1000
 _SIDES = {"left": 1, "right": -1}
 
@@ -115,7 +114,7 @@ def cluttered(seed: int) -> Task:
 def measure(report: Report, quick: bool) -> None:
     """Doors and rooms, each with and without help; as part of `gazechair measure go`."""
     doors, rooms, narrow = (4, 3, 3) if quick else (1000, 300, 200)
-    with get_context("fork").Pool(_PROCESSES) as pool:
+    with forked() as pool:
         _rows(report, "doors of 0.81-0.90 m", [door(seed) for seed in range(doors)], pool)
         _rows(report, "cluttered rooms", [cluttered(seed) for seed in range(rooms)], pool)
         passed = pool.map(_run, [(door(seed, 0.81), HELPED, seed) for seed in range(narrow)], 1)

@@ -28,10 +28,10 @@ from gazemeasure.go.missions import (
     kept,
     mission,
 )
+from gazemeasure.pools import PROCESSES
 from gazemeasure.report import Report, percentile
 
 _QUICK = 3
-_PROCESSES = 2
 _MOST_SPENT = 7
 _LEAST_ARRIVED = {TWO: 99.0, ONE: 95.0, FOREIGN: 95.0, PEOPLE: 95.0, DOORS: 99.0}
 # What docs/navigation-lab.md recorded, 0.65 and 2.3, and a tenth.
@@ -54,7 +54,7 @@ def measure(quick: bool) -> Report:
         for seed in range(_QUICK if quick else count)
     ]
     file = None if quick else go_record.FILE
-    done = go_record.gather(jobs, mission, kept, _PROCESSES, file)
+    done = go_record.gather(jobs, mission, kept, PROCESSES, file)
     for kind in KINDS:
         add_kind(report, kind, [one for one in done if one.job.kind == kind])
     plan_s = [value for one in done for value in one.plan_s]
@@ -62,8 +62,8 @@ def measure(quick: bool) -> Report:
     report.add("a step of the mission, 95 %, most", max(one.step_ms for one in done), "ms CPU")
     add_comfort(report, done)
     _add_spent(report, done)
-    scenes.measure(report, quick, _PROCESSES)
-    another.measure(report, quick, _PROCESSES)
+    scenes.measure(report, quick, PROCESSES)
+    another.measure(report, quick, PROCESSES)
     floor.measure(report, quick)
     go_line.measure(report, quick)
     assist.measure(report, quick)

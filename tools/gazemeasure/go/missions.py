@@ -92,19 +92,19 @@ def mission(job: Job) -> Result:
 
 def _result(job: Job, outcome: Outcome) -> Result:
     often = max(outcome.overrides, key=lambda name: outcome.overrides[name], default="")
+    off = f"{outcome.end_m:.2f} m and {outcome.end_deg:.0f} deg off"
     return Result(
         job,
-        outcome.arrived,
-        outcome.collisions,
-        outcome.least_m,
-        outcome.took_s / max(outcome.ideal_s, 1.0),
-        max(outcome.accelerations, default=0.0),
-        float(np.percentile(outcome.jerks, 99)) if outcome.jerks else 0.0,
-        f"{outcome.ended or outcome.reason}, {outcome.end_m:.2f} m"
-        f" and {outcome.end_deg:.0f} deg off, {often}",
-        outcome.spent_s,
-        outcome.plan_s,
-        percentile(outcome.step_ms, 0.95) if outcome.step_ms else 0.0,
+        arrived=outcome.arrived,
+        collisions=outcome.collisions,
+        least_m=outcome.least_m,
+        ratio=outcome.took_s / max(outcome.ideal_s, 1.0),
+        acceleration=max(outcome.accelerations, default=0.0),
+        jerk=float(np.percentile(outcome.jerks, 99)) if outcome.jerks else 0.0,
+        why=f"{outcome.ended or outcome.reason}, {off}, {often}",
+        spent_s=outcome.spent_s,
+        plan_s=outcome.plan_s,
+        step_ms=percentile(outcome.step_ms, 0.95) if outcome.step_ms else 0.0,
     )
 
 

@@ -8,7 +8,7 @@ Simulated: drives through generated homes with doors, people, glass and mirrors.
 from __future__ import annotations
 
 import time
-from multiprocessing import get_context
+from functools import partial
 
 import numpy as np
 
@@ -19,13 +19,13 @@ from gazechair.sensing.odometry.odometry import Odometry
 from gazemeasure.home import alarms, drives, faults, foreign, forward, localization, logs, upkeep
 from gazemeasure.home import odometry as home_odometry
 from gazemeasure.home import process as home_process
+from gazemeasure.pools import forked
 from gazemeasure.report import Report, percentile
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, Drive
 from gazesim.s2_frames import capsules
 
 _DENSE = 3200  # points a turn
-_PROCESSES = 2
 
 
 def measure(quick: bool) -> Report:
@@ -35,17 +35,11 @@ def measure(quick: bool) -> Report:
         logs.measure(report, quick)
     except MissingPackageError as error:
         report.note(f"maps of public logs not measured: {error}")
-    with get_context("fork").Pool(_PROCESSES) as pool:
-        home_odometry.measure(report, quick, lambda one, seeds: pool.map(one, seeds, chunksize=1))
-        drives.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
-        localization.measure(
-            report, quick, lambda starts, seeds: pool.map(starts, seeds, chunksize=1)
-        )
-        foreign.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
-        faults.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
-        upkeep.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
-        alarms.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
-        forward.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
+    with forked() as pool:
+        each = partial(pool.map, chunksize=1)
+        home_odometry.measure(report, quick, each)
+        for part in (drives, localization, foreign, faults, upkeep, alarms, forward):
+            part.measure(report, quick, each)
     _cost(report, 5.0 if quick else 30.0)
     home_process.measure(report, quick, _DENSE)
     return report

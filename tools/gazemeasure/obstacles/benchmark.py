@@ -22,6 +22,7 @@ from gazemeasure.obstacles.arcs import ArcTrial, arc_trial
 from gazemeasure.obstacles.firmware import firmware_run
 from gazemeasure.obstacles.run import NONE, OURS, PROTOTYPE, Outcome, Run
 from gazemeasure.obstacles.wire import wire_figures
+from gazemeasure.pools import PROCESSES
 from gazemeasure.report import Report
 from gazesim.random_rooms import Task, door_task, task, wall_task
 
@@ -37,7 +38,6 @@ _UNSEEN_M_S = 0.35  # both axes at their creep (docs/obstacles.md)
 _DOOR_NOISE_M = 0.03
 _DOOR_RAYS = 3200
 _BEYOND_M, _BEYOND_DEG = 0.9, 40.0
-_PROCESSES = 2
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def measure(quick: bool) -> Report:
     static = [(_SHARES[n % len(_SHARES)], n) for n in range(_STATIC_QUICK if quick else _STATIC)]
     people = [("people", n) for n in range(_PEOPLE_QUICK if quick else _PEOPLE)]
     report = Report(f"obstacles: {len(static)} runs past things, {len(people)} with people")
-    with ProcessPoolExecutor(_PROCESSES, initializer=_be_nice) as pool:
+    with ProcessPoolExecutor(PROCESSES, initializer=_be_nice) as pool:
         _static(report, list(pool.map(trial, static, chunksize=4)))
         _people(report, list(pool.map(trial, people, chunksize=4)))
         seeds = range(_ARCS_QUICK if quick else _ARCS)

@@ -8,10 +8,9 @@ chair and disturbances in advance (bound.py). Chairs are gazesim's twin with a h
 
 from __future__ import annotations
 
-from multiprocessing import get_context
-
 import numpy as np
 
+from gazemeasure.pools import forked
 from gazemeasure.report import Report
 from gazemeasure.turn import figures
 from gazemeasure.turn import jobs as turn_jobs
@@ -24,7 +23,6 @@ from gazemeasure.turn.model import Floats
 
 _CHAIRS = 1000
 _CHAIRS_QUICK = 40
-_PROCESSES = 2
 _AT_ONCE = 125  # cases per search of bounds
 
 
@@ -35,7 +33,7 @@ def measure(quick: bool) -> Report:
     rivals = [d for d in cases if abs(d.case.angle_deg) == 10] if quick else cases
     moments = turn_stops.MOMENTS_MS[:1] if quick else turn_stops.MOMENTS_MS
     report = Report(f"turn: {len(cases)} undisturbed turns, {len(chairs)} random chairs")
-    with get_context("fork").Pool(_PROCESSES) as pool:
+    with forked() as pool:
         stops = pool.starmap_async(turn_stops.stop_paths, [(ms, quick) for ms in moments], 1)
         at_best = pool.map_async(_bounds, _parts(cases) + _parts(chairs), 1)
         steps = pool.map_async(turn_jobs.ten_steps, stepped(), 1)
