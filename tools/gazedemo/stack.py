@@ -114,6 +114,11 @@ class Stack:
         self.paths: dict[str, Any] = {}
 
     @property
+    def port(self) -> int:
+        """The TCP port of the pages."""
+        return self._port
+
+    @property
     def url(self) -> str:
         """The address of the pages, for paired devices."""
         return f"http://127.0.0.1:{self._port}/"

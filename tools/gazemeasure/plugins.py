@@ -26,7 +26,6 @@ from gazedemo.check import NEUTRAL
 from gazedemo.packages import package
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
-from gazemeasure.page import floods
 from gazemeasure.page.raw_page import RawDriver, frame, upgrade
 from gazemeasure.plugins_samples import FLIP
 from gazemeasure.report import Report, percentile
@@ -64,7 +63,7 @@ def measure(quick: bool) -> Report:
         with (
             Stack(micropython, "open", more_config=config, packages=packages) as stack,
             _streaming(stack),
-            RawDriver(floods.stack_port(stack), stack.cookie("driver", "raw")) as driver,
+            RawDriver(stack.port, stack.cookie("driver", "raw")) as driver,
         ):
             bench = _Bench(stack, driver, probe, folder, report)
             bench.gamepad(presses)
@@ -90,7 +89,7 @@ def _packages(folder: Path) -> str:
 @contextlib.contextmanager
 def _streaming(stack: Stack) -> Iterator[None]:
     """A viewer that takes every picture."""
-    line = upgrade(floods.stack_port(stack), "/ws/video", stack.cookie("viewer", "pictures"))
+    line = upgrade(stack.port, "/ws/video", stack.cookie("viewer", "pictures"))
 
     def take() -> None:
         reader = line.makefile("rb")

@@ -14,7 +14,6 @@ from typing import Any
 from gazechair.alerts.book import AGAIN_S, MOST_PER_MINUTE
 from gazedemo.check import NEUTRAL
 from gazedemo.stack import Stack
-from gazemeasure.page.floods import stack_port
 from gazemeasure.page.raw_page import RawDriver
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
@@ -140,7 +139,7 @@ def add(report: Report, micropython: str, tries: int, flood_s: float) -> None:
         with Target() as target, StallProbe() as probe:
             config = _CONFIG.format(port=target.port, after_s=_AFTER_S)
             with Stack(micropython, "open", more_config=config) as stack:
-                port, cookie = stack_port(stack), stack.cookie("caretaker", "phone")
+                port, cookie = stack.port, stack.cookie("caretaker", "phone")
                 with (
                     RawDriver(port, stack.cookie("driver", "tablet")) as driver,
                     RawDriver(port, cookie) as caretaker,

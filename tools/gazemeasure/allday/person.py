@@ -13,7 +13,6 @@ from typing import Any
 from gazedemo.check import NEUTRAL
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
-from gazemeasure.page.floods import stack_port
 from gazemeasure.page.raw_page import RawDriver
 from gazemeasure.stalls import StallProbe
 
@@ -68,7 +67,7 @@ class Person:
             # The page is cut off, or the chair does not arm in time: try again.
             with (
                 contextlib.suppress(OSError, TimeoutError),
-                RawDriver(stack_port(self._stack), self._cookie) as driver,
+                RawDriver(self._stack.port, self._cookie) as driver,
             ):
                 try:
                     self._drive(driver)

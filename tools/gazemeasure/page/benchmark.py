@@ -76,7 +76,7 @@ def measure(quick: bool) -> Report:
         _camera() as camera,
         StallProbe() as probe,
         Stack(str(micropython.path), "open", camera_url=camera.url) as stack,
-        Shaper(floods.stack_port(stack)) as shaper,
+        Shaper(stack.port) as shaper,
     ):
         _judge_glances(report, stack, shaper, probe, presses)
         floods.judge(report, stack, probe, 4 if quick else 12)
@@ -119,7 +119,7 @@ def _page(stack: Stack, port: int | None = None, spy: bool = True) -> Iterator[D
 def _judge_glances(
     report: Report, stack: Stack, shaper: Shaper, probe: StallProbe, presses: int
 ) -> None:
-    port = floods.stack_port(stack)
+    port = stack.port
     for network, frozen in ((GOOD, False), (GOOD, True), (BAD, False)):
         shaper.shape(network.mbit_s, network.delay_ms)
         name = network.name + (", a frozen viewer beside" if frozen else "")

@@ -44,18 +44,13 @@ def judge(report: Report, stack: Stack, probe: StallProbe, presses: int) -> None
     """Add a line for each attack, and one for none."""
     viewer = stack.cookie("viewer", "flood")
     name, _, _ = viewer.partition("=")
-    with RawDriver(stack_port(stack), stack.cookie("driver", "raw")) as driver:
+    with RawDriver(stack.port, stack.cookie("driver", "raw")) as driver:
         for attack in ("", *ATTACKS):
             before_mb = _memory_mb(stack)
             with _attacked(stack, attack, name, viewer):
                 times = _drive(driver, stack.control(), probe, presses)
             grown_mb = _memory_mb(stack) - before_mb
             _add(report, attack or "no flood", times, before_mb, grown_mb)
-
-
-def stack_port(stack: Stack) -> int:
-    """The port of the pages."""
-    return int(stack.url.rstrip("/").rpartition(":")[2])
 
 
 def _add(report: Report, attack: str, times: _Times, before_mb: float, grown_mb: float) -> None:
@@ -72,7 +67,7 @@ def _attacked(stack: Stack, attack: str, cookie_name: str, cookie: str) -> Itera
     if not attack:
         yield
         return
-    words = [attack, str(stack_port(stack)), cookie_name, cookie]
+    words = [attack, str(stack.port), cookie_name, cookie]
     with subprocess.Popen(
         [sys.executable, "-m", "gazemeasure.page.flooding", *words],
         stdin=subprocess.PIPE,
