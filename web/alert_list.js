@@ -1,8 +1,8 @@
 // The alerts on the caretaker's page: list, acknowledge, failed deliveries, test.
 
 import { button, element } from "./elements.js";
+import { post } from "./post.js";
 
-const JSON_TYPE = { "Content-Type": "application/json" };
 const RETRY_MS = 2000;
 /** The newest; open ones are shown whatever their age. */
 const MOST_SHOWN = 12;
@@ -43,7 +43,7 @@ export class AlertList {
   }
 
   #post(request) {
-    this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(request) });
+    this.#ask(post(request));
   }
 
   /** Answers may overtake each other: only that of the newest request is shown. */

@@ -1,9 +1,9 @@
 // Forms for the chair's settings and each person's own: rows from the host's limits.
 
 import { button, element } from "./elements.js";
+import { post } from "./post.js";
 import { sureButton } from "./sure.js";
 
-const JSON_TYPE = { "Content-Type": "application/json" };
 /** How numbers are shown: by the end of their name, [unit shown, raw value of one unit]. */
 const UNITS = [
   ["_ms", "s", 1000],
@@ -16,8 +16,7 @@ const unitOf = (name) => UNITS.find(([end]) => name.endsWith(end)) ?? ["", "", 1
 
 /** A labelled control; `changed(value)` receives every new value; "begun" marks a started edit. */
 function row(strings, name, field, value, changed) {
-  const label = document.createElement("label");
-  label.className = "row";
+  const label = element("label", "row");
   label.addEventListener("input", () => (label.dataset.begun = "true"));
   label.addEventListener("change", () => delete label.dataset.begun);
   label.addEventListener("focusout", () => {
@@ -25,35 +24,42 @@ function row(strings, name, field, value, changed) {
     // Later, as this row may be about to go.
     queueMicrotask(() => label.newest && label.replaceWith(label.newest));
   });
-  const word = document.createElement("span");
   const [, unit, scale] = unitOf(name);
-  word.textContent = (strings.label(name) ?? name) + (unit && ` (${unit})`);
-  let control;
-  if (field.choices) {
-    control = document.createElement("select");
-    for (const [choice, text] of field.choices) control.append(new Option(text, choice));
-    control.value = value;
-    control.addEventListener("change", () => changed(control.value));
-  } else {
-    control = document.createElement("input");
-    control.type = typeof value === "boolean" ? "checkbox" : field.high ? "number" : "text";
-    if (control.type === "checkbox") control.checked = value;
-    else control.value = field.high ? value / scale : value;
-    if (field.high) {
-      [control.min, control.max] = [field.low / scale, field.high / scale];
-      control.step = (field.step ?? 1) / scale;
-    } else if (control.type === "text") control.maxLength = field.longest ?? 40;
-    const shown = control.value;
-    control.addEventListener("change", () => {
-      // An emptied number, or none, is not 0.
-      if (control.type === "number" && control.value === "") control.value = shown;
-      else if (control.type === "checkbox") changed(control.checked);
-      else changed(field.high ? Math.round(Number(control.value) * scale) : control.value.trim());
-    });
-  }
+  const word = element("span", "", (strings.label(name) ?? name) + (unit && ` (${unit})`));
+  const control = field.choices
+    ? choiceOf(field, value, changed)
+    : entryOf(field, value, scale, changed);
   control.name = name;
   label.append(word, control);
   return label;
+}
+
+function choiceOf({ choices }, value, changed) {
+  const control = element("select");
+  for (const [choice, text] of choices) control.append(new Option(text, choice));
+  control.value = value;
+  control.addEventListener("change", () => changed(control.value));
+  return control;
+}
+
+/** A check box, a number or a text. */
+function entryOf(field, value, scale, changed) {
+  const control = element("input");
+  control.type = typeof value === "boolean" ? "checkbox" : field.high ? "number" : "text";
+  if (control.type === "checkbox") control.checked = value;
+  else control.value = field.high ? value / scale : value;
+  if (field.high) {
+    [control.min, control.max] = [field.low / scale, field.high / scale];
+    control.step = (field.step ?? 1) / scale;
+  } else if (control.type === "text") control.maxLength = field.longest ?? 40;
+  const shown = control.value;
+  control.addEventListener("change", () => {
+    // An emptied number, or none, is not 0.
+    if (control.type === "number" && control.value === "") control.value = shown;
+    else if (control.type === "checkbox") changed(control.checked);
+    else changed(field.high ? Math.round(Number(control.value) * scale) : control.value.trim());
+  });
+  return control;
 }
 
 /** Draws a form; a row with a started edit stays, so that no answer discards what is typed. */
@@ -102,8 +108,7 @@ export class ChairSettings {
     const rows = Object.entries(settings).map(([name, field]) => {
       const choices = field.choices?.map((word, value) => [value, word]);
       return row(this.#strings, name, choices ? { choices } : field, field.value, async (value) => {
-        const body = JSON.stringify({ set: { [name]: Number(value) } });
-        const stored = await this.#ask({ method: "POST", headers: JSON_TYPE, body });
+        const stored = await this.#ask(post({ set: { [name]: Number(value) } }));
         // Refused: show what is in force, as far as that is known.
         if (!stored && !(await this.load())) this.#show(settings);
       });

@@ -4,8 +4,8 @@ import { button, element, put } from "./elements.js";
 import { FloorMarks } from "./floor_marks.js";
 import { firstWords } from "./first_words.js";
 import { Held } from "./held.js";
+import { post } from "./post.js";
 
-const JSON_TYPE = { "Content-Type": "application/json" };
 const POLL_MS = 500;
 /** Steps that move the chair: only while their button is held. */
 const MOVES = ["relay", "tune", "turn"];
@@ -88,7 +88,7 @@ class FirstDrive {
 
   #post(request) {
     this.#forget();
-    return this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(request) });
+    return this.#ask(post(request));
   }
 
   /** Resolves to the reason of a refusal as text; undefined: done. */

@@ -5,9 +5,9 @@ import { MapFiles, download } from "./map_files.js";
 import { MapTools, nameField } from "./map_tools.js";
 import { MapView } from "./map_view.js";
 import { mapWords } from "./map_words.js";
+import { post } from "./post.js";
 import { sureButton, unsure } from "./sure.js";
 
-const JSON_TYPE = { "Content-Type": "application/json" };
 const POLL_MS = 500;
 const PICTURE_MS = 2000;
 const NOTHING = { places: [], no_go: [], home: null };
@@ -140,8 +140,7 @@ class Maps {
   /** True when the host has done it. */
   async #post(request) {
     this.#tell("");
-    const body = JSON.stringify(request);
-    return this.#send("/maps", { method: "POST", headers: JSON_TYPE, body });
+    return this.#send("/maps", post(request));
   }
 
   async #send(path, request) {

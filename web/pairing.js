@@ -2,9 +2,9 @@
 
 import { svg } from "./dom.js";
 import { button, element } from "./elements.js";
+import { post } from "./post.js";
 import { sureButton } from "./sure.js";
 
-const JSON_TYPE = { "Content-Type": "application/json" };
 const ROLES = ["driver", "caretaker", "viewer"];
 /** White around a QR code, in modules: readers need it. */
 const QUIET = 4;
@@ -49,10 +49,8 @@ export class Pairing {
   }
 
   async #ask(path, content) {
-    const body = JSON.stringify(content);
-    const request = content ? { method: "POST", headers: JSON_TYPE, body } : { cache: "no-store" };
     try {
-      const answer = await fetch(path, request);
+      const answer = await fetch(path, content ? post(content) : { cache: "no-store" });
       const found = await answer.json();
       if (answer.ok) return found;
       this.#refuse(found.reason);
