@@ -82,7 +82,7 @@ def test_a_stick_whose_page_dies_is_neutral_within_300_ms(caretaker: Any) -> Non
 
 def test_whoever_does_not_drive_moves_nothing(caretaker: Any) -> None:
     chair = caretaker.chair
-    caretaker.pull(500)  # before he has taken over
+    caretaker.pull(500)  # before taking over
     chair.stays_still(300)
     caretaker.page.release()
     take(caretaker)
@@ -129,7 +129,7 @@ def test_anyones_stop_ends_the_caretakers_driving(caretaker: Any) -> None:
     chair.run(300)
     chair.page.say(k="stop")
     assert chair.until(chair.neutral, 10) <= 3
-    chair.stays_still(300)  # he still holds the stick
+    chair.stays_still(300)  # who still holds the stick
     caretaker.page.forget_button()
     caretaker.pull(400)  # anew
     chair.until(lambda: not chair.neutral(), 10)

@@ -1,7 +1,7 @@
 """Which Python the virtual environment is made of: a build that was optimised, where there is one.
 
-Who compiles Python himself and does not say --enable-optimizations (pyenv does not) gets one that
-takes about an eighth more of the processor. The distribution's build of the same version is better.
+A Python compiled without --enable-optimizations, as pyenv does, takes about an eighth more of the
+processor. The distribution's build of the same version is better.
 """
 
 from __future__ import annotations

@@ -155,7 +155,7 @@ class Assist:
         """True if it can advise: surroundings are known, and no lidar is blind ahead or aside."""
         return self.permits.seen and self._returns.points_m(now_s) is not None
 
-    def turns_himself(self, side: int, now_s: float) -> None:
+    def driver_turns(self, side: int, now_s: float) -> None:
         """The driver holds a turn, `side` 1 left, -1 right. Call it repeatedly meanwhile."""
         heading = self._returns.heading_deg(now_s)
         if heading is None:

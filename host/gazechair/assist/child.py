@@ -79,7 +79,7 @@ class Advisor:
         message = self._message
         knows = message.on and self._assist.knows(now_s)
         if self._turned:  # even if the board ended it at once
-            self._assist.turns_himself(self._turned, now_s)
+            self._assist.driver_turns(self._turned, now_s)
         self._turned = message.turns
         steers = knows and message.press not in (0, self._straight)
         advice = self._assist.advise(message.press, now_s) if steers else None

@@ -108,11 +108,11 @@ def test_a_turn_that_the_board_did_not_let_begin_says_where_he_points(side):
     assist = before_a_door(0.0)
     q4 = {"left_q4_deg": 160, "right_q4_deg": 160}
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, **q4)
-    assist.turns_himself(side, 1.05)
+    assist.driver_turns(side, 1.05)
     assist.advise(1, 1.1)
     assert assist._press.pointed_deg == pytest.approx(side * 25.0, abs=1.0)
     free = before_a_door(0.0)
-    free.turns_himself(side, 1.05)
+    free.driver_turns(side, 1.05)
     free.advise(1, 1.1)
     assert free._press.pointed_deg == 0.0
 
@@ -184,7 +184,7 @@ def test_a_turn_that_the_board_ended_counts_for_as_long_as_the_press_needs():
         q4 = {"left_q4_deg": max(100, 480 - 30 * k)}
         assist.permits.clearance = Clearance(0, codes.REAL, now_s, forward_mm=1200, **q4)
         assist.motion(Motion(now_s, 1.0 * k, 0, 300))
-        assist.turns_himself(1, now_s)
+        assist.driver_turns(1, now_s)
     for k in range(40):
         now_s = 2.1 + 0.1 * k
         assist.motion(Motion(now_s, 19.0, 0, 0))
@@ -295,7 +295,7 @@ def test_a_heading_lost_in_a_turn_of_the_driver_is_no_correction():
     assert assist.advise(1, 1.1).steers
     for now_s, heading_deg in ((1.15, 0.0), (1.2, None), (1.25, 359.0)):
         assist.motion(Motion(now_s, heading_deg, 0, 0))
-        assist.turns_himself(1, now_s)
+        assist.driver_turns(1, now_s)
     assert assist._own.help(1.3) == 1.0
 
 

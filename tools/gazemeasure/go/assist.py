@@ -308,7 +308,7 @@ class Run:
             for at, eye in enumerate(self._eyes):
                 assist.see(at, eye.half_turn(now_s))
             if self._turns:  # seen at least once, even if the board ended it at once
-                assist.turns_himself(self._turns, now_s)
+                assist.driver_turns(self._turns, now_s)
                 self._turns = _SIDES.get(self._held or "", 0)
             if self._next_advice is not None and self._held == "forward":
                 press, advice = self._next_advice
