@@ -1,4 +1,7 @@
-"""Covariance of the position since the beginning: the remembered surfaces drift with the chair."""
+"""Covariance of the position since the beginning: the remembered surfaces drift with the chair.
+
+While nobody knows how a lidar sits, its whole way may be turned.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,8 @@ class Drift:
 
     def __init__(self) -> None:
         self._covariance = np.zeros((2, 2))
+        self._bumped = False
+        self._aside: FloatArray = np.zeros(2)  # deviation by a lidar that may be turned
 
     def grow(self, found: Fit, state: FloatArray, covariance: FloatArray) -> None:
         """Grow with the distance, and where undetermined; arguments: the fit, those before it."""
@@ -31,4 +36,26 @@ class Drift:
     def with_match(self, covariance: FloatArray) -> FloatArray:
         """(2, 2): the position's, with its covariance relative to the remembered surfaces."""
         values, axes = np.linalg.eigh(covariance)
-        return np.asarray(self._covariance + (axes * np.minimum(values, _MATCHED_M2)) @ axes.T)
+        turned = np.outer(self._aside, self._aside)
+        return np.asarray(
+            self._covariance + turned + (axes * np.minimum(values, _MATCHED_M2)) @ axes.T
+        )
+
+    def turn(self, moved_m: FloatArray, sigma_rad: float) -> None:
+        """A lidar, of a direction known so well, has moved by (2,) metres."""
+        self._aside = self._aside + sigma_rad * np.array((-moved_m[1], moved_m[0]))
+
+    def bump(self, lidar_m: float, sigma_rad: float) -> None:
+        """A lidar that far from the axle may have been turned: the pose may have followed it."""
+        self._bumped = True
+        self._covariance += np.eye(2) * (lidar_m * sigma_rad) ** 2
+
+    def heading_rad(self, own_rad: float, mounting_rad: float) -> float:
+        """Standard deviation of the heading, by the filter's and by that of the mountings."""
+        return math.hypot(own_rad, mounting_rad) if self._bumped else own_rad
+
+    def settle(self, share: float) -> None:
+        """The lidars' directions are known; until now they were that share of the deviation off."""
+        self._aside = share * self._aside
+        self._covariance += np.outer(self._aside, self._aside)
+        self._aside = np.zeros(2)
