@@ -17,8 +17,8 @@ from gazechair.sensing.odometry.estimate import Estimate
 POSE_OLD_S = 0.35
 """An older map pose counts as lost: the motion must end within 0.5 s."""
 _ESTIMATE_OLD_S = 0.25
-# A less certain pose counts as unknown. Until the first half metre has verified how the lidars sit,
-# a heading counts 5 degrees: whether one is turned shows on the first straight leg, and ends it.
+# A less certain pose counts as unknown. Until half a metre straight on has verified how the lidars
+# sit, headings are 5.5 degrees sure: whether one is turned shows on the first leg, and ends it.
 _SIGMA_M, _SIGMA_DEG = 0.12, 6.0
 _SAME_S = 1e-3
 DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.SILENT, doubts.CARRIED, doubts.LOST))

@@ -26,10 +26,9 @@ _STEP_S, _STEP_M = 0.25, 0.02
 # A mounting may be so far off. What the chair seems to slip sideways beyond that adds up, for each
 # side; one step counts for no more than the last, as it does when somebody pushes the chair.
 _ALLOWED, _SLIPS_M, _MOST_M = math.tan(math.radians(1.3)), 0.015, 0.009
-# After so far straight on without slip the lidars are known to sit right, or again after a
-# suspicion if it is less than the last.
-_KNOWN_M, _CLEARS_M, _RIGHT = 0.5, 2.0, math.tan(math.radians(1.0))
-_NOT_KNOWN_RAD, _KNOWN_RAD = math.radians(5.0), math.radians(1.0)  # standard deviations
+# Straight on without slip: then the lidars are known to sit right, or again after a suspicion.
+_KNOWN_M, _CLEARS_M = 0.5, 2.0
+_SIGMA_DEG, _NOT_KNOWN_DEG, _TURNED_DEG = 1.0, 5.5, 7.0  # standard deviations
 _MISFIT = 0.2  # share of the newest piece in the average of what does not fit, by lidar
 _UNSEEN_S = 1.0  # without a piece for this long, nobody knows what was done to the lidars
 # Averages of each lidar's heading while driving straight: against the sensor, or the other lidar.
@@ -83,6 +82,7 @@ class Mounting:
         self._lately_deg = 0.0  # turned
         self._most_deg = 0.0  # largest difference in this episode
         self._before: Stand | None = None  # where the newest step began
+        self._pieces: list[bool] = []  # since then: which tell where it is
         self._ahead_m = self._aside_m = 0.0  # since the start, a suspicion, or _CLEARS_M
         self._slips_m = [0.0, 0.0]  # to the left, to the right
         self._errors: dict[int, tuple[float, float]] = {}  # deg, when
@@ -95,7 +95,9 @@ class Mounting:
     @property
     def sigma_rad(self) -> float:
         """Standard deviation of the lidars' directions on the chair."""
-        return _KNOWN_RAD if self.known else _NOT_KNOWN_RAD
+        if self.known:
+            return math.radians(_SIGMA_DEG)
+        return math.radians(_TURNED_DEG if self.turned else _NOT_KNOWN_DEG)
 
     def judge(self, stand: Stand) -> bool:
         """See `turned`."""
@@ -123,13 +125,15 @@ class Mounting:
             self._suspect(straight)
         if usable and abs(stand.yaw_deg_s) > _CLEARS_DEG_S:
             self._to_turn_deg = max(0.0, self._to_turn_deg - abs(stand.yaw_deg_s) * dt_s)
-        if not (usable and straight and stand.sees_aside):
+        self._pieces.append(usable and stand.sees_aside)
+        if not (stand.known and straight):
             self._before = None
         elif self._before is None:
-            self._before = stand
+            self._before, self._pieces = stand, []
         elif stand.time_s >= self._before.time_s + _STEP_S:
-            self._step(self._before, stand)
-            self._before = stand
+            if 2 * sum(self._pieces) >= len(self._pieces):
+                self._step(self._before, stand)
+            self._before, self._pieces = stand, []
         return self.turned
 
     def _has_drifted(self, stand: Stand, usable: bool) -> bool:
@@ -187,12 +191,12 @@ class Mounting:
         for side, sign in enumerate((1.0, -1.0)):
             more_m = min(sign * aside - _ALLOWED * abs(ahead), _MOST_M)
             self._slips_m[side] = max(0.0, self._slips_m[side] + more_m)
+        right = abs(self._aside_m) < _ALLOWED * self._ahead_m
         if max(self._slips_m) > _SLIPS_M:
             self._suspect(True)
-        elif self.turned and self._ahead_m >= _CLEARS_M:
-            right = abs(self._aside_m) < _RIGHT * self._ahead_m and self._off_since_s is None
-            self.turned = not right or self._to_turn_deg > 0.0
-            self.known = not self.turned
+        elif not self.turned:
+            self.known = self.known or (right and self._ahead_m >= _KNOWN_M)
+        elif self._ahead_m >= _CLEARS_M:
+            self.known = right and self._off_since_s is None and self._to_turn_deg == 0.0
+            self.turned = not self.known
             self._ahead_m = self._aside_m = 0.0
-        elif not self.turned and self._ahead_m >= _KNOWN_M:
-            self.known = True
