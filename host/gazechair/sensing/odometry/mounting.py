@@ -126,14 +126,12 @@ class Mounting:
         if usable and abs(stand.yaw_deg_s) > _CLEARS_DEG_S:
             self._to_turn_deg = max(0.0, self._to_turn_deg - abs(stand.yaw_deg_s) * dt_s)
         self._pieces.append(usable and stand.sees_aside)
-        if not (stand.known and straight):
-            self._before = None
-        elif self._before is None:
-            self._before, self._pieces = stand, []
-        elif stand.time_s >= self._before.time_s + _STEP_S:
-            if 2 * sum(self._pieces) >= len(self._pieces):
-                self._step(self._before, stand)
-            self._before, self._pieces = stand, []
+        straight = straight and stand.known
+        since = self._before if straight else None
+        if since is None or stand.time_s >= since.time_s + _STEP_S:
+            if since is not None and 2 * sum(self._pieces) >= len(self._pieces):
+                self._step(since, stand)
+            self._before, self._pieces = stand if straight else None, []
         return self.turned
 
     def _has_drifted(self, stand: Stand, usable: bool) -> bool:
