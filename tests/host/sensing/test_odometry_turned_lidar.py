@@ -12,8 +12,10 @@ from gazechair.base.poses import between, compose
 from gazechair.sensing.odometry.doubts import TURNED
 from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
+from gazechair.sensing.odometry.points import Piece
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR, Drive, Mounted
+from gazesim.homes import Home
 
 pytestmark = pytest.mark.costly
 
@@ -91,6 +93,35 @@ def test_one_that_is_bumped_on_the_way_is_told_and_the_place_is_less_sure(
     assert driven.outside == 0
     assert driven.told_m < 1.2
     assert driven.named == {which}
+
+
+def half_of(passage: Home, step: int, x_m: float, turned_deg: float) -> Piece:
+    """The half turn that ends at `step`, 0.05 s each, of a lidar 0.5 m before the axle."""
+    own = -(np.arange(400) + 0.5) * 0.45 - step % 2 * 180.0
+    angles = np.radians(own + turned_deg) % (2.0 * math.pi)
+    order, metres = np.argsort(angles), np.empty(400)
+    at = np.full(400, x_m + 0.5)
+    metres[order] = passage.cast_moving(at, np.zeros(400), angles[order], 0.25)
+    noisy = metres + np.random.default_rng(step).normal(0.0, 0.006, 400)
+    times = 0.05 * (step - 1 + (np.arange(400) + 0.5) / 400)
+    distances = np.where(metres < 18.0, noisy, 0.0)
+    return Piece((own + 180.0) % 360.0 - 180.0, distances, times, (0.5, 0.0), 800)
+
+
+def test_in_a_passage_where_a_bumped_lidar_may_seem_to_stand_its_whole_way_is_unsure() -> None:
+    walls = ((-10.0, -0.9, 60.0, -0.9), (-10.0, 0.9, 60.0, 0.9), (-10.0, -0.9, -10.0, 0.9))
+    passage = Home("passage", walls)
+    odometry, x_m, told_m = Odometry(), 0.0, math.inf
+    for step in range(1, 160):
+        moves = step >= 20
+        x_m += 0.02 if moves else 0.0
+        odometry.motion(Motion(0.05 * step, 0.0, 800 if moves else 0, 0))
+        said = odometry.piece(half_of(passage, step, x_m, 8.0 if step >= 70 else 0.0))
+        assert said is not None
+        if TURNED in said.doubts:
+            told_m = min(told_m, x_m)
+    assert told_m < 1.3
+    assert 3.0 * min(said.along_sigma_m, said.across_sigma_m) > x_m - told_m
 
 
 @pytest.mark.parametrize("deg", [0.0, 1.0])

@@ -226,13 +226,20 @@ class Odometry:
         """Widen the position by what a lidar that may be turned makes of its way."""
         if self._mounting.known:
             return
+        assert self._time_s is not None
         lidar = np.array((*piece.origin_m, 0.0))
         steps = (self._state, self._heading_rad), (found.state, sensor.rad)
         before, now = (
             compose(np.array((state[X], state[Y], rad + state[OFFSET])), lidar)
             for state, rad in steps
         )
-        self._drift.turn(now[:2] - before[:2], self._mounting.sigma_rad)
+        moved_m = now[:2] - before[:2]
+        if not self._mounting.turned:
+            self._drift.turn(moved_m, self._mounting.sigma_rad)
+            return
+        output = self._reports.command(piece.at_s)[0] or 0.0
+        could_m = abs(output) * max(_FULL_M_S, self._state[FULL]) * (piece.at_s - self._time_s)
+        self._drift.stray(max(could_m, math.hypot(*moved_m)))
 
     def _is_turned(self, piece: Piece, fitted: _Fitted, yaw: float, known: bool) -> bool:
         assert self._time_s is not None
