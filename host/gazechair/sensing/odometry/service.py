@@ -73,9 +73,9 @@ class OdometryService(InboxService):
         if not doubt:
             self._doubted_s = None
         if self._turned is not None:
-            name = self._lidars[self._turned].name
-            which = f'"{name}"' if len(self._lidars) == 1 else f'most likely "{name}"'
-            text = f"a lidar seems to be turned on its mount: {which}"
+            names = [config.name for config in self._lidars]
+            names.insert(0, names.pop(self._turned))
+            text = f"a lidar seems to be turned on its mount: {' or '.join(names)}"
             self._health.set(states.DEGRADED, doubts.TURNED, text)
         elif now_s < self._differs_s + _DIFFERS_S:
             self._health.set(states.DEGRADED, DIFFERS, "the lidars see another heading")
