@@ -16,7 +16,9 @@ from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
 
 _ESTIMATE_OLD_S = 0.25
-_SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # a less certain pose counts as unknown
+# A less certain pose counts as unknown. Until half a metre straight on has verified how the lidars
+# sit, headings are 5.5 degrees sure: whether one is turned shows on the first leg, and ends it.
+_SIGMA_M, _SIGMA_DEG = 0.12, 6.0
 _SAME_S = 1e-3
 DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.SILENT, doubts.CARRIED, doubts.LOST))
 """An estimate with any of these is not usable for driving."""

@@ -38,15 +38,70 @@ def straight(mounting: Mounting, metres: float, seems_deg: float, begin: Stand =
     return stand
 
 
-@pytest.mark.parametrize(("seems_deg", "turned"), [(-3.0, True), (1.4, True), (0.5, False)])
+@pytest.mark.parametrize(
+    ("seems_deg", "within_m"), [(15.0, 0.3), (-8.0, 0.3), (5.0, 0.5), (-3.0, 0.7), (2.0, 1.5)]
+)
 def test_who_always_seems_to_slip_sideways_has_a_turned_lidar(
-    seems_deg: float, turned: bool
+    seems_deg: float, within_m: float
 ) -> None:
     mounting = Mounting()
-    stand = straight(mounting, 1.5, seems_deg)
+    straight(mounting, within_m, seems_deg)
+    assert mounting.turned
+    assert not mounting.known
+
+
+@pytest.mark.parametrize("seems_deg", [0.0, 1.0, -1.0])
+def test_a_mounting_as_configured_within_a_degree_is_known_after_half_a_metre(
+    seems_deg: float,
+) -> None:
+    mounting = Mounting()
+    stand = straight(mounting, 0.4, seems_deg)
+    assert math.degrees(mounting.sigma_rad) == pytest.approx(5.5)
+    stand = straight(mounting, 0.2, seems_deg, stand)
+    assert math.degrees(mounting.sigma_rad) == pytest.approx(1.0)
+    straight(mounting, 20.0, seems_deg, stand)
+    assert mounting.known
     assert not mounting.turned
-    straight(mounting, 1.1, seems_deg, stand)
-    assert mounting.turned is turned
+
+
+def test_nothing_is_known_of_a_mounting_by_standing_by_turning_or_where_no_surface_tells_it() -> (
+    None
+):
+    mounting = Mounting()
+    for step in range(200):
+        yaw_deg_s = 20.0 if step > 100 else 0.0
+        mounting.judge(replace(STANDS, time_s=STEP_S * step, yaw_deg_s=yaw_deg_s))
+    assert not mounting.known
+    blind = replace(STANDS, time_s=20.0, sees_aside=False)
+    straight(mounting, 2.0, 0.0, blind)
+    assert not mounting.known
+
+
+def test_it_is_not_known_any_more_after_nothing_was_seen() -> None:
+    mounting = Mounting()
+    stand = straight(mounting, 1.0, 0.0)
+    assert mounting.known
+    mounting.judge(replace(stand, time_s=stand.time_s + 2.0))
+    assert not mounting.known
+
+
+def test_who_is_pushed_aside_once_has_no_turned_lidar() -> None:
+    mounting = Mounting()
+    stand = straight(mounting, 1.0, 0.0)
+    straight(mounting, 2.0, 0.0, replace(stand, y_m=stand.y_m + 0.04))
+    assert not mounting.turned
+
+
+def test_of_two_lidars_the_one_that_fits_worse_is_named() -> None:
+    mounting = Mounting()
+    for step in range(20):
+        mounting.judge(replace(STANDS, time_s=STEP_S * step, lidar=(FRONT, REAR)[step % 2]))
+    worse = {"matched": 0.7, "error_rad": math.radians(0.5)}
+    for step in range(20, 60):
+        stand = replace(STANDS, time_s=STEP_S * step, lidar=(FRONT, REAR)[step % 2])
+        mounting.judge(replace(stand, **worse) if stand.lidar == REAR else stand)
+    assert mounting.turned
+    assert mounting.lidar == REAR
 
 
 def test_what_the_lidars_see_turn_and_the_sensor_does_not_is_suspected_until_it_drives() -> None:
@@ -146,6 +201,26 @@ def test_no_place_counts_while_a_lidar_may_be_turned(grid: OccupancyGrid) -> Non
     assert atlas.look(seen_from(here, np.zeros(3), 0.0)) is not None
     assert atlas.look(seen_from(here, np.zeros(3), 0.2, "lidar_turned")) is None
     assert atlas.id == ""
+
+
+def test_a_pose_is_as_sure_as_it_is_known_how_the_lidars_sit(grid: OccupancyGrid) -> None:
+    atlas, here = Atlas(), np.array((2.0, 1.8, 0.7))
+    atlas.know({"a": grid})
+    atlas.place("a", here, np.zeros(3), 0)
+    sigmas = {}
+    for at_s, deg in ((0.0, 0.0), (0.2, 5.0)):
+        seen = seen_from(here, np.zeros(3), at_s)
+        ahead = Look(seen.look.points_m, np.tile((0.5, 0.0), (len(seen.look.points_m), 1)))
+        estimate = replace(seen.estimate, mounting_sigma_deg=deg)
+        found = atlas.look(replace(seen, look=ahead, estimate=estimate))
+        assert found is not None
+        assert found == atlas.location
+        sigmas[deg] = found.sigma_m, math.degrees(found.sigma_rad)
+        assert atlas.sure is (deg == 0.0)  # else the map is not changed by what it sees
+    assert sigmas[0.0][1] < 1.0
+    assert sigmas[5.0][1] == pytest.approx(math.hypot(5.0, sigmas[0.0][1]), abs=0.1)
+    turned_m = 0.5 * math.radians(5.0)
+    assert sigmas[5.0][0] == pytest.approx(math.hypot(turned_m, sigmas[0.0][0]), abs=0.005)
 
 
 def test_a_map_that_turns_under_the_chair_at_once_is_no_turn_of_the_chair(

@@ -20,7 +20,7 @@ from gazechair.config.settings import LidarConfig
 from gazechair.sensing.lidar.stream import ByteStream
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars
-from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED, STUCK, TURNED
+from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED, STUCK
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.half_turns import HalfTurns
 from gazechair.sensing.odometry.inbox import HalfTurn
@@ -172,13 +172,16 @@ def test_what_is_old_or_doubted_is_not_shown() -> None:
     assert shown(Entry(replace(known, doubts=(PUSHED,)), 10.0, 1), 10.2) == told
 
 
-def test_a_lidar_that_may_be_turned_is_said_at_once_and_no_longer_than_it_is() -> None:
+def test_a_lidar_that_may_be_turned_is_named_at_once_and_no_longer_than_it_is() -> None:
     health = Health("odometry")
-    service = OdometryService((LIDAR,), health, Obeys(Health("motion"), lambda: None))
-    for doubt, reason in (((), "ok"), ((TURNED,), "lidar_turned"), ((), "ok")):
-        known = Estimate(1.0, 0.0, 0.0, 0.0, 0.4, 0.0, 3.0, 0.1, 0.1, 1.0, 0.02, 0.9, doubt, 0)
+    lidars = replace(LIDAR, name="front"), replace(LIDAR, name="rear")
+    service = OdometryService(lidars, health, Obeys(Health("motion"), lambda: None))
+    for turned, reason in ((None, "ok"), (1, "lidar_turned"), (None, "ok")):
+        known = Estimate(1.0, 0.0, 0.0, 0.0, 0.4, 0.0, 3.0, 0.1, 0.1, 1.0, 0.02, 0.9, (), 0)
+        known = replace(known, turned_lidar=turned)
         service._on_data(json.dumps(asdict(known)).encode())
         assert health.now().reason == reason
+        assert health.now().detail.endswith("rear or front") is (turned is not None)
 
 
 def test_stuck_and_uncommanded_motion_are_health_while_driving_is_on() -> None:

@@ -66,3 +66,12 @@ def test_a_piece_that_lies_where_it_should_and_another_room_are_no_turn(
         assert not piece.judge(surfaces, *other, LIDAR, HERE, 0.3)
     empty = np.zeros((0, 2))
     assert not piece.judge(surfaces, empty, empty, LIDAR, HERE, 0.0)
+
+
+def test_the_half_of_a_turn_that_fits_by_chance_does_not_hide_that_the_other_is_turned(
+    surfaces: LocalMap,
+) -> None:
+    piece, (points, normals) = TurnedPiece(), seen(HERE, 9.0)
+    assert not piece.judge(surfaces, points, normals, LIDAR, HERE, 0.4)
+    assert not piece.judge(surfaces, points, normals, LIDAR, HERE, 0.95)
+    assert piece.judge(surfaces, points, normals, LIDAR, HERE, 0.4)

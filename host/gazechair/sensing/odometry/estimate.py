@@ -37,6 +37,10 @@ class Estimate:
     """Keys of `doubts`."""
     track: int
     """Number of the start: positions of different tracks are unrelated."""
+    mounting_sigma_deg: float = 0.0
+    """Of the lidars' directions on the chair: a pose by a map may be turned as far."""
+    turned_lidar: int | None = None
+    """Number of the one that most likely is turned on its mount; None: none seems to be."""
 
     def pose(self) -> FloatArray:
         """(3,): x, y in metres, heading in radians, full turns counted."""

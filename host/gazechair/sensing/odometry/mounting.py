@@ -1,10 +1,12 @@
 """Detects a lidar that is turned on its mount, which rotates everything that it sees.
 
 The drive axle does not slip sideways: if the chair seems to slip while it drives straight, always
-at the same angle, a lidar is turned by that angle. If the lidars see a turn that the heading
-sensor does not, one may just have been bumped; driving straight (and turning, if the suspicion
-arose in a turn) then confirms or clears it. Two lidars that see different headings are not both
-mounted as configured.
+to the same side, a lidar is turned. Until half a metre straight on has shown that it does not,
+nobody knows how the lidars sit: one may have been bumped while nobody looked. Standing shows
+nothing, and turning on the spot moves a turned lidar's axle as a lidar does whose place was
+measured a centimetre wrong. If the lidars see a turn that the heading sensor does not, one may
+just have been bumped; driving straight (and turning, if the suspicion arose in a turn) then
+confirms or clears it. Two lidars that see different headings are not both mounted as configured.
 """
 
 from __future__ import annotations
@@ -21,8 +23,14 @@ _JUMP_DEG, _JUMP_SHARE, _MOST_DEG, _SETTLED_DEG = 0.35, 0.04, 30.0, 0.3
 _PIECE_DEG = 0.65  # the same, for a single piece
 _TURNED_S = 1.0
 _STEP_S, _STEP_M = 0.25, 0.02
-_WINDOW_M = 1.0  # straight: the sideways offset then gives the angle within half a degree
-_TURNED_DEG, _RIGHT_DEG = 1.0, 0.5
+# A mounting may be so far off. What the chair seems to slip sideways beyond that adds up, for each
+# side; one step counts for no more than the last, as it does when somebody pushes the chair.
+_ALLOWED, _SLIPS_M, _MOST_M = math.tan(math.radians(1.3)), 0.015, 0.009
+# Straight on without slip: then the lidars are known to sit right, or again after a suspicion.
+_KNOWN_M, _CLEARS_M = 0.5, 2.0
+_SIGMA_DEG, _NOT_KNOWN_DEG, _TURNED_DEG = 1.0, 5.5, 7.0  # standard deviations
+_MISFIT = 0.2  # share of the newest piece in the average of what does not fit, by lidar
+_UNSEEN_S = 1.0  # without a piece for this long, nobody knows what was done to the lidars
 # Averages of each lidar's heading while driving straight: against the sensor, or the other lidar.
 _OFF_DEG, _OFF_S, _AVERAGE_S = 0.15, 0.5, 1.0
 # A suspicion from a turn, or from scans that may be older than their times say, is only cleared
@@ -57,6 +65,8 @@ class Stand:
     """See turned_piece and repeated."""
     offset_deg: float = 0.0
     """Of odometry's heading against the sensor's, since the beginning."""
+    sees_aside: bool = True
+    """Whether surfaces tell where the chair is across its heading."""
 
 
 class Mounting:
@@ -64,22 +74,40 @@ class Mounting:
 
     def __init__(self) -> None:
         self.turned = False
+        self.known = False
+        """Whether driving has shown that the lidars sit as configured."""
+        self.lidar = 0
+        """The one that most likely is turned, while `turned`."""
         self._time_s = -math.inf
         self._lately_deg = 0.0  # turned
         self._most_deg = 0.0  # largest difference in this episode
         self._before: Stand | None = None  # where the newest step began
-        self._ahead_m = self._aside_m = 0.0
-        self._slope_deg: float | None = None  # of the window before, since a suspicion
+        self._pieces: list[bool] = []  # since then: which tell where it is
+        self._ahead_m = self._aside_m = 0.0  # since the start, a suspicion, or _CLEARS_M
+        self._slips_m = [0.0, 0.0]  # to the left, to the right
         self._errors: dict[int, tuple[float, float]] = {}  # deg, when
+        self._misfits: dict[int, float] = {}  # by lidar
         self._off_since_s: float | None = None
         self._to_turn_deg = 0.0  # still
         self._turned_deg = 0.0  # in all
         self._offsets: deque[tuple[float, float, float]] = deque()  # s; deg; deg turned until then
 
+    @property
+    def sigma_rad(self) -> float:
+        """Standard deviation of the lidars' directions on the chair."""
+        if self.known:
+            return math.radians(_SIGMA_DEG)
+        return math.radians(_TURNED_DEG if self.turned else _NOT_KNOWN_DEG)
+
     def judge(self, stand: Stand) -> bool:
         """See `turned`."""
+        if stand.time_s - self._time_s > _UNSEEN_S:
+            self._forget_straight()
         usable = stand.known and stand.matched >= _MATCHED
         straight = abs(stand.yaw_deg_s) < _STRAIGHT_DEG_S
+        misfit = 1.0 - stand.matched + abs(math.degrees(stand.error_rad))
+        before = self._misfits.get(stand.lidar, misfit)
+        self._misfits[stand.lidar] = before + _MISFIT * (misfit - before)
         off_deg = max(abs(stand.off_deg), abs(math.degrees(stand.error_rad)) - _PIECE_DEG)
         self._most_deg = max(self._most_deg, off_deg) if off_deg > _SETTLED_DEG else off_deg
         dt_s, self._time_s = min(stand.time_s - self._time_s, _TURNED_S), stand.time_s
@@ -97,13 +125,13 @@ class Mounting:
             self._suspect(straight)
         if usable and abs(stand.yaw_deg_s) > _CLEARS_DEG_S:
             self._to_turn_deg = max(0.0, self._to_turn_deg - abs(stand.yaw_deg_s) * dt_s)
-        if not (usable and straight):
-            self._before = None
-        elif self._before is None:
-            self._before = stand
-        elif stand.time_s >= self._before.time_s + _STEP_S:
-            self._step(self._before, stand)
-            self._before = stand
+        self._pieces.append(usable and stand.sees_aside)
+        straight = straight and stand.known
+        since = self._before if straight else None
+        if since is None or stand.time_s >= since.time_s + _STEP_S:
+            if since is not None and 2 * sum(self._pieces) >= len(self._pieces):
+                self._step(since, stand)
+            self._before, self._pieces = stand if straight else None, []
         return self.turned
 
     def _has_drifted(self, stand: Stand, usable: bool) -> bool:
@@ -124,11 +152,17 @@ class Mounting:
         return drifted
 
     def _suspect(self, straight: bool) -> None:
+        if not self.turned:
+            self.lidar = max(self._misfits, key=lambda lidar: self._misfits[lidar])
         self.turned = True
         if not straight:
             self._to_turn_deg = _CLEARS_DEG
+        self._forget_straight()
+
+    def _forget_straight(self) -> None:
+        self.known = False
         self._ahead_m = self._aside_m = 0.0
-        self._slope_deg = None
+        self._slips_m = [0.0, 0.0]
 
     def _is_off(self, stand: Stand) -> bool:
         """Whether a lidar's heading differs for a while from the sensor's or another's."""
@@ -149,18 +183,18 @@ class Mounting:
         ahead = math.cos(angle) * dx + math.sin(angle) * dy
         if abs(ahead) < _STEP_M:
             return
-        aside = math.cos(angle) * dy - math.sin(angle) * dx
+        aside = math.copysign(1.0, ahead) * (math.cos(angle) * dy - math.sin(angle) * dx)
         self._ahead_m += abs(ahead)
-        self._aside_m += math.copysign(aside, aside * ahead)
-        if self._ahead_m < _WINDOW_M:
-            return
-        slope_deg = math.degrees(self._aside_m / self._ahead_m)
-        before_deg, self._slope_deg = self._slope_deg, slope_deg
-        self._ahead_m = self._aside_m = 0.0
-        if before_deg is None:
-            return
-        least_deg, most_deg = sorted((before_deg, slope_deg))
-        if least_deg > _TURNED_DEG or most_deg < -_TURNED_DEG:
-            self.turned = True
-        elif least_deg > -_RIGHT_DEG and most_deg < _RIGHT_DEG and self._off_since_s is None:
-            self.turned = self._to_turn_deg > 0.0
+        self._aside_m += aside
+        for side, sign in enumerate((1.0, -1.0)):
+            more_m = min(sign * aside - _ALLOWED * abs(ahead), _MOST_M)
+            self._slips_m[side] = max(0.0, self._slips_m[side] + more_m)
+        right = abs(self._aside_m) < _ALLOWED * self._ahead_m
+        if max(self._slips_m) > _SLIPS_M:
+            self._suspect(True)
+        elif not self.turned:
+            self.known = self.known or (right and self._ahead_m >= _KNOWN_M)
+        elif self._ahead_m >= _CLEARS_M:
+            self.known = right and self._off_since_s is None and self._to_turn_deg == 0.0
+            self.turned = not self.known
+            self._ahead_m = self._aside_m = 0.0

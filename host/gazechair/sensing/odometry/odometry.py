@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.base.poses import compose
 from gazechair.sensing.odometry.apart import WholeTurn
-from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts
+from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LEAST_INFORMATION, LOST, Doubts
 from gazechair.sensing.odometry.drift import Drift
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.headings import Breaks, Heading, HeadingCheck, heading_at
@@ -126,6 +127,7 @@ class Odometry:
         fitted = self._fit(piece, sensor, steady)
         found = fitted.fit
         self._drift.grow(found, self._state, self._covariance)
+        self._turn_drift(piece, found, sensor)
         dt_s = at_s - self._time_s
         faster_m_s = float(found.state[FORWARD] - self._state[FORWARD])
         self._speed_by_command.judge(faster_m_s if found.sees_speed else None, dt_s)
@@ -217,18 +219,38 @@ class Odometry:
             self._heading_check.off_deg,
             self._reports.newest_s(at_s) - at_s > _SILENT_S,
             at_s - min(self._heard_s.values()) > _SILENT_S,
-            self._is_turned(piece.lidar, found, yaw, judges, fitted.old_or_turned),
+            self._is_turned(piece, fitted, yaw, judges),
         )
 
-    def _is_turned(
-        self, lidar: int, found: Fit, yaw: float, known: bool, old_or_turned: bool
-    ) -> bool:
+    def _turn_drift(self, piece: Piece, found: Fit, sensor: Heading) -> None:
+        """Widen the position by what a lidar that may be turned makes of its way."""
+        if self._mounting.known:
+            return
         assert self._time_s is not None
+        lidar = np.array((*piece.origin_m, 0.0))
+        steps = (self._state, self._heading_rad), (found.state, sensor.rad)
+        before, now = (
+            compose(np.array((state[X], state[Y], rad + state[OFFSET])), lidar)
+            for state, rad in steps
+        )
+        moved_m = now[:2] - before[:2]
+        if not self._mounting.turned:
+            self._drift.turn(moved_m, self._mounting.sigma_rad)
+            return
+        output = self._reports.command(piece.at_s)[0] or 0.0
+        could_m = abs(output) * max(_FULL_M_S, self._state[FULL]) * (piece.at_s - self._time_s)
+        self._drift.stray(max(could_m, math.hypot(*moved_m)))
+
+    def _is_turned(self, piece: Piece, fitted: _Fitted, yaw: float, known: bool) -> bool:
+        assert self._time_s is not None
+        found = fitted.fit
         state = found.state
         angle = float(self._heading_rad + state[OFFSET] + state[ERROR])
+        across = np.array((-math.sin(angle), math.cos(angle)))
+        aside = across @ np.linalg.inv(found.information + np.eye(2)) @ across
         stand = Stand(
             self._time_s,
-            lidar,
+            piece.lidar,
             float(state[X]),
             float(state[Y]),
             angle,
@@ -237,10 +259,17 @@ class Odometry:
             self._heading_check.lidars_deg,
             found.matched,
             known,
-            old_or_turned,
+            fitted.old_or_turned,
             math.degrees(state[OFFSET]),
+            float(aside) * LEAST_INFORMATION < 1.0,
         )
-        return self._mounting.judge(stand)
+        was_turned, sigma_rad = self._mounting.turned, self._mounting.sigma_rad
+        turned = self._mounting.judge(stand)
+        if turned and not was_turned:
+            self._drift.bump(math.hypot(*piece.origin_m), self._mounting.sigma_rad)
+        elif self._mounting.known and sigma_rad > self._mounting.sigma_rad:
+            self._drift.settle(1.0 if was_turned else self._mounting.sigma_rad / sigma_rad)
+        return turned
 
     def _repeats(self, at_s: float, found: Fit) -> bool:
         assert self._time_s is not None
@@ -346,11 +375,13 @@ class Odometry:
             yaw,
             math.sqrt(along @ place @ along),
             math.sqrt(across @ place @ across),
-            math.degrees(float(sigma[OFFSET])),
+            math.degrees(self._drift.heading_rad(float(sigma[OFFSET]), self._mounting.sigma_rad)),
             float(sigma[FORWARD]),
             found.matched,
             doubts,
             self._track,
+            math.degrees(self._mounting.sigma_rad),
+            self._mounting.lidar if self._mounting.turned else None,
         )
 
 

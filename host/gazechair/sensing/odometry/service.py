@@ -35,7 +35,7 @@ class OdometryService(InboxService):
         self._obeys = obeys
         self._doubted_s: float | None = None
         self._differs_s = 0.0
-        self._turned = False
+        self._turned: int | None = None
         self.latest: Latest[Estimate] = Latest()
         """Its age counts from its measurements."""
 
@@ -62,7 +62,7 @@ class OdometryService(InboxService):
         self._obeys.judge(estimate)
         if doubts.DIFFERS in estimate.doubts:
             self._differs_s = time.monotonic()
-        self._turned = doubts.TURNED in estimate.doubts
+        self._turned = estimate.turned_lidar
         self._judge(", ".join(doubts.UNSURE.intersection(estimate.doubts)))
         for listener in self._listeners:
             listener(estimate)
@@ -72,10 +72,11 @@ class OdometryService(InboxService):
         now_s = time.monotonic()
         if not doubt:
             self._doubted_s = None
-        if self._turned:
-            self._health.set(
-                states.DEGRADED, doubts.TURNED, "a lidar seems to be turned on its mount"
-            )
+        if self._turned is not None:
+            names = [config.name for config in self._lidars]
+            names.insert(0, names.pop(self._turned))
+            text = f"a lidar seems to be turned on its mount: {' or '.join(names)}"
+            self._health.set(states.DEGRADED, doubts.TURNED, text)
         elif now_s < self._differs_s + _DIFFERS_S:
             self._health.set(states.DEGRADED, DIFFERS, "the lidars see another heading")
         elif not doubt:
@@ -89,5 +90,5 @@ class OdometryService(InboxService):
         self.latest.clear()
         self._obeys.unknown()
         self._doubted_s = None
-        self._turned = False
+        self._turned = None
         self._health.set(status.state, status.reason, status.detail)

@@ -6,6 +6,8 @@ follow, or its scans are older than their times say while the chair turns.
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
@@ -16,14 +18,14 @@ _DEG = np.array([sign * deg for deg in np.arange(3.0, 16.0, 1.5) for sign in (-1
 _POINTS = 90
 _LIES = 0.8  # share of the points: with so many matched there is nothing to test
 _WOULD_LIE, _MORE = 0.7, 0.25  # shares: matched when rotated, and gained by the rotation
-_AGAIN = 2  # pieces in a row
+_FOUND, _OF = 2, 3  # pieces: the two halves of a turn see different surfaces
 
 
 class TurnedPiece:
     """Feed it every piece with its expected pose."""
 
     def __init__(self) -> None:
-        self._found = 0  # in a row
+        self._found: deque[bool] = deque(maxlen=_OF)
 
     def judge(
         self,
@@ -40,7 +42,7 @@ class TurnedPiece:
         surfaces by the fit.
         """
         if matched >= _LIES or not len(points):
-            self._found = 0
+            self._found.append(False)
             return False
         every = max(1, len(points) // _POINTS)
         points, normals, about = points[::every], normals[::every], np.array(lidar)
@@ -49,8 +51,8 @@ class TurnedPiece:
         turned = normals @ turns @ turn
         lie = lie_on(surfaces, placed.reshape(-1, 2), turned.reshape(-1, 2))
         best = float(lie.reshape(len(turns), -1).mean(axis=1).max())
-        self._found = self._found + 1 if best >= max(_WOULD_LIE, matched + _MORE) else 0
-        return self._found >= _AGAIN
+        self._found.append(best >= max(_WOULD_LIE, matched + _MORE))
+        return self._found[-1] and sum(self._found) >= _FOUND
 
 
 def _rotations(angles_rad: FloatArray) -> FloatArray:

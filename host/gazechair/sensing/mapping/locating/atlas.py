@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between, compose
@@ -25,6 +27,7 @@ _ELSEWHERE_EXPLAINED, _ELSEWHERE_THROUGH = 0.8, 0.02
 # Known so recently, the chair is still in the same map: to another floor a lift takes longer, from
 # door to door. To find a pose again takes 3 s.
 _RECENT_S = 8.0
+_KNOWN_DEG = 2.0  # a standard deviation of the lidars' directions: driving has verified them
 _RIVALLED_S = 30.0  # after this long the map is unknown for other reasons
 
 
@@ -57,6 +60,8 @@ class Atlas:
         self._track = 0
         self._askew_m = 0.0  # still to be driven
         self._look_s = 0.0
+        self._mounting_sigma_deg = 0.0  # see Estimate
+        self._lidar_m = 0.0  # of the farthest lidar from the axle
         self._rivalled_s = -math.inf  # when another map fitted a pose as well
         self.id = ""
         self.searched = False
@@ -70,7 +75,16 @@ class Atlas:
     @property
     def location(self) -> Location | None:
         """None: not known."""
-        return self._sheets[self.id].localization.location if self.id else None
+        location = self._sheets[self.id].localization.location if self.id else None
+        if location is None:
+            return None
+        # A lidar that is turned turns the pose about itself.
+        sigma_rad = math.radians(self._mounting_sigma_deg)
+        return replace(
+            location,
+            sigma_m=math.hypot(location.sigma_m, sigma_rad * self._lidar_m),
+            sigma_rad=math.hypot(location.sigma_rad, sigma_rad),
+        )
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -89,8 +103,10 @@ class Atlas:
 
     @property
     def sure(self) -> bool:
-        """Whether the newest look alone supports the pose; see Localization.sure."""
-        return bool(self.id) and self._sheets[self.id].localization.sure
+        """Whether the newest look alone supports the pose (see Localization.sure), and the lidars
+        are known to sit right."""
+        known = self._mounting_sigma_deg <= _KNOWN_DEG
+        return bool(self.id) and known and self._sheets[self.id].localization.sure
 
     def know(self, grids: Mapping[str, OccupancyGrid]) -> None:
         """Use these maps from now on; an empty one is left out."""
@@ -123,6 +139,8 @@ class Atlas:
         at_s, self.searched = seen.estimate.time_s, False
         sigma_m = max(seen.estimate.along_sigma_m, seen.estimate.across_sigma_m)
         self._look_s = at_s
+        self._mounting_sigma_deg = seen.estimate.mounting_sigma_deg
+        self._lidar_m = float(np.hypot(*seen.look.origins_m.T).max(initial=0.0))
         if self.askew or TURNED in seen.estimate.doubts:  # every pose would be turned by as much
             self.id = ""
             self._forget_looks()
@@ -133,7 +151,7 @@ class Atlas:
             )
             if location is not None:
                 self._last = _Known(self.id, location.pose, seen.odometry, at_s)
-                return location
+                return self.location
             self._askew_m = _ASKEW_M if self._sheets[self.id].localization.askew else 0.0
             self.id = ""
             self._forget_looks()
@@ -144,7 +162,7 @@ class Atlas:
             self.searched = self.searched or sheet.localization.searched
             self._alive()
             if found is not None and self._settles(id_, found, seen):
-                return found
+                return self.location
         return None
 
     def place(self, id_: str, pose: FloatArray, odometry: FloatArray, track: int) -> None:
