@@ -65,7 +65,9 @@ class PersonFollower:
         origin = to_frame(np.array((scan.origin_m,)), pose)[0]
         stands = self._background.stands(points, origin)
         tracks = self._tracks
-        tracks.look(clusters(points, origin, ~stands), scan.at_s)
+        seen = clusters(points, origin, ~stands)
+        own = self._person.continued(seen)
+        tracks.look([one for one in seen if not one.maybe_wall or one in own], scan.at_s)
         hidden = self._person.look(tracks.all, tracks.ended, pose, scan.at_s)
         tracks.all = [one for one in tracks.all if one is not hidden]
         people = [

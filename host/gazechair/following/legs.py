@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +21,7 @@ _PERSON_M = 0.62
 _NEARER_M = 0.10
 _BEHIND_SHARE = 0.35  # of the width: the middle lies behind the visible side
 _BEHIND_MOST_M = 0.15
+_SAME_M = 0.12
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,7 @@ class Cluster:
     """Returns that belong together. `wide`: too wide for one leg, such as a skirt.
 
     `whole`: nothing nearer hides a part of it. `alone`: nor does it touch the background.
+    `ends_m`: x and y of the first and of the last return.
     """
 
     x_m: float
@@ -45,6 +49,17 @@ class Cluster:
     wide: bool
     whole: bool
     alone: bool
+    ends_m: tuple[float, float, float, float]
+
+    @property
+    def maybe_wall(self) -> bool:
+        """True for a wide part that shows beside something nearer."""
+        return self.wide and not self.whole
+
+    def moved_m(self, other: Cluster) -> float:
+        """How far the end that moved more is from that of `other`, m."""
+        a, b = self.ends_m, other.ends_m
+        return max(math.dist(a[:2], b[:2]), math.dist(a[2:], b[2:]))
 
 
 def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) -> list[Cluster]:
@@ -76,8 +91,6 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
         alone &= whole & (foreground[beside] | ~near)
     least = np.where(range_m > _FAR_M, _LEAST_FAR_POINTS, _LEAST_POINTS)
     chosen = np.flatnonzero((count >= least) & (width >= _THIN_M) & (width <= _PERSON_M))
-    # A wide part that shows between two nearer things may be a wall.
-    chosen = chosen[whole[chosen] | (width[chosen] <= _LEG_M)]
     chosen = chosen[np.argsort(range_m[chosen], kind="stable")][:_MOST]
     behind = np.minimum(_BEHIND_SHARE * width, _BEHIND_MOST_M) / range_m
     middle = middle + away * behind[:, None]
@@ -88,6 +101,23 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
             bool(width[k] > _LEG_M),
             bool(whole[k]),
             bool(alone[k]),
+            (*points_m[at[begins[k]]].tolist(), *points_m[at[begins[k] + count[k] - 1]].tolist()),
         )
         for k in chosen
     ]
+
+
+def same(
+    ones: Sequence[Cluster], before: Sequence[Cluster], now: Sequence[Cluster]
+) -> list[Cluster]:
+    """Clusters of this scan that are `ones` of those of the scan before.
+
+    Both ends have hardly moved, and nothing else of either scan fits as well: no other leg can be
+    there, however little of it shows.
+    """
+    found = []
+    for one in ones:
+        nearest = min(now, key=one.moved_m, default=one)
+        if one.moved_m(nearest) < _SAME_M and min(before, key=nearest.moved_m) is one:
+            found.append(nearest)
+    return found

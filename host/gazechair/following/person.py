@@ -15,6 +15,7 @@ from enum import Enum
 
 from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import FloatArray
+from gazechair.following.legs import Cluster, same
 from gazechair.following.tracks import Track
 
 HIDDEN_S = 0.25
@@ -89,6 +90,15 @@ class Person:
         self._doubted = False
         """The scan before showed no certain sight of the person."""
         self._others: list[_Left] = []
+        self._before: Sequence[Cluster] = ()
+        self._own: list[Cluster] = []
+        """Clusters of the last scan that are certainly the person's."""
+
+    def continued(self, seen: Sequence[Cluster]) -> Sequence[Cluster]:
+        """What of a scan is certainly the person's, because it was in the scan before."""
+        self._own = same(self._own, self._before, seen)
+        self._before = seen
+        return self._own
 
     def choose(self, at_s: float, bearing_rad: float | None = None) -> None:
         """Choose who is at `bearing_rad` (chair's frame); None: who stands in front for 2 s."""
@@ -189,6 +199,7 @@ class Person:
     def _take(self, track: Track) -> None:
         self.state, self.track, self._touches, self._doubted = State.FOLLOWS, track, 0, False
         self._last = _Left.of(track)
+        self._own = track.legs
 
     # -- keeping -----------------------------------------------------------------------------------
 
@@ -200,8 +211,9 @@ class Person:
         else:
             self._touches = 0
         gone = mine not in tracks  # ended as a double, with the legs of its last scan
-        seen = self._sure(mine, at_s) and not mine.contested and not gone
-        self._doubted = not seen
+        self._own = [] if gone or mine.contested else self._certain_legs(mine, at_s)
+        seen = bool(self._own)
+        self._doubted = not any(leg.alone for leg in self._own)
         jumped = seen and mine.off_m > _JUMP_M
         if self._touches >= _TOUCHES or jumped:
             self.state, self.track = State.UNSURE, None
@@ -213,18 +225,25 @@ class Person:
             return mine
         return None
 
-    def _sure(self, mine: Track, at_s: float) -> bool:
-        """True if it has a leg that is certainly the person's; both, after a scan without one.
+    def _certain_legs(self, mine: Track, at_s: float) -> list[Cluster]:
+        """Its legs that are certainly the person's.
 
-        Where something hides a part of them, its edge or another's leg is easily taken for theirs.
+        Those of the scan before are. Besides, where nothing hides a part of a leg, any near where
+        the person should be; after a scan without such a leg, both or none: an edge or another's
+        leg is easily taken for theirs.
         """
-        own = any(
-            leg.alone and self._off_m(leg.x_m, leg.y_m, at_s) < _OWN_LEG_M for leg in mine.legs
-        )
-        if not own or not self._doubted:
-            return own
-        both = len(mine.legs) > 1 or mine.legs[0].wide
-        return both and self._off_m(*mine.at_m, at_s) < _PARTLY_M
+        kept = [leg for leg in mine.legs if leg in self._own]
+        alone = [
+            leg
+            for leg in mine.legs
+            if leg.alone and self._off_m(leg.x_m, leg.y_m, at_s) < _OWN_LEG_M
+        ]
+        if not self._doubted:
+            return [*kept, *(leg for leg in alone if leg not in kept)]
+        both = len(mine.legs) > 1 or any(leg.wide for leg in mine.legs)
+        if alone and both and self._off_m(*mine.at_m, at_s) < _PARTLY_M:
+            return mine.legs
+        return kept
 
     def _partly(self, mine: Track, at_s: float) -> bool:
         """True if its legs, though not certainly the person's, are where the person should be."""
