@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -36,12 +35,11 @@ class Scan:
     at_s: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cluster:
     """Returns that belong together. `wide`: too wide for one leg, such as a skirt.
 
     `whole`: nothing nearer hides a part of it. `alone`: nor does it touch the background.
-    `ends_m`: x and y of the first and of the last return.
     """
 
     x_m: float
@@ -49,17 +47,17 @@ class Cluster:
     wide: bool
     whole: bool
     alone: bool
-    ends_m: tuple[float, float, float, float]
+    points_m: FloatArray
 
     @property
     def maybe_wall(self) -> bool:
         """True for a wide part that shows beside something nearer."""
         return self.wide and not self.whole
 
-    def moved_m(self, other: Cluster) -> float:
-        """How far the end that moved more is from that of `other`, m."""
-        a, b = self.ends_m, other.ends_m
-        return max(math.dist(a[:2], b[:2]), math.dist(a[2:], b[2:]))
+    def beyond_m(self, points_m: FloatArray) -> float:
+        """How far it reaches beyond these points, m."""
+        off = self.points_m[:, None] - points_m
+        return float(np.hypot(off[..., 0], off[..., 1]).min(axis=1).max())
 
 
 def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) -> list[Cluster]:
@@ -101,23 +99,30 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
             bool(width[k] > _LEG_M),
             bool(whole[k]),
             bool(alone[k]),
-            (*points_m[at[begins[k]]].tolist(), *points_m[at[begins[k] + count[k] - 1]].tolist()),
+            points_m[at[begins[k] : begins[k] + count[k]]],
         )
         for k in chosen
     ]
 
 
-def same(
-    ones: Sequence[Cluster], before: Sequence[Cluster], now: Sequence[Cluster]
+def continued(
+    own: Sequence[Cluster], before: Sequence[Cluster], now: Sequence[Cluster]
 ) -> list[Cluster]:
-    """Clusters of this scan that are `ones` of those of the scan before.
+    """Clusters of this scan that are of whom `own`, of those of the scan before, are.
 
-    Both ends have hardly moved, and nothing else of either scan fits as well: no other leg can be
+    They lie wholly where those were, and fit none of the others better: nobody else's leg can be
     there, however little of it shows.
     """
+    if not own:
+        return []
+    there = np.concatenate([one.points_m for one in own])
+    low, high = there.min(axis=0) - _SAME_M, there.max(axis=0) + _SAME_M
+    others = [one for one in before if one not in own]
     found = []
-    for one in ones:
-        nearest = min(now, key=one.moved_m, default=one)
-        if one.moved_m(nearest) < _SAME_M and min(before, key=nearest.moved_m) is one:
-            found.append(nearest)
+    for one in now:
+        if (one.points_m < low).any() or (one.points_m > high).any():
+            continue
+        beyond_m = one.beyond_m(there)
+        if beyond_m < _SAME_M and all(beyond_m < one.beyond_m(o.points_m) for o in others):
+            found.append(one)
     return found

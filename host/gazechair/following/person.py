@@ -15,7 +15,7 @@ from enum import Enum
 
 from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import FloatArray
-from gazechair.following.legs import Cluster, same
+from gazechair.following.legs import Cluster, continued
 from gazechair.following.tracks import Track
 
 HIDDEN_S = 0.25
@@ -96,7 +96,7 @@ class Person:
 
     def continued(self, seen: Sequence[Cluster]) -> Sequence[Cluster]:
         """What of a scan is certainly the person's, because it was in the scan before."""
-        self._own = same(self._own, self._before, seen)
+        self._own = continued(self._own, self._before, seen)
         self._before = seen
         return self._own
 

@@ -104,7 +104,7 @@ def test_a_scan_without_the_person_costs_a_little_speed_only() -> None:
 
 def test_a_person_whose_track_ended_as_a_double_is_out_of_sight() -> None:
     person = Person(0.65, needs_steps=False)
-    legs_of_it = [Cluster(1.85, side * 0.09, False, True, True, (1.85, side * 0.04, 1.85, side * 0.14)) for side in (1.0, -1.0)]
+    legs_of_it = [Cluster(1.85, side * 0.09, False, True, True, np.zeros((0, 2))) for side in (1.0, -1.0)]
     track = Track(1, 1.85, 0.0, 0.0, looks=9, shapes=9, legs=legs_of_it)
     person.choose(0.0, 0.0)
     states = {}
