@@ -67,13 +67,17 @@ class PersonFollower:
         tracks = self._tracks
         seen = clusters(points, origin, ~stands)
         own = self._person.continued(seen)
-        tracks.look([one for one in seen if not one.maybe_wall or one in own], scan.at_s)
+        legs = [one for one in seen if not one.maybe_wall or one in own]
+        tracks.look(legs, scan.at_s, self._person.track, own)
         hidden = self._person.look(tracks.all, tracks.ended, pose, scan.at_s)
-        tracks.all = [one for one in tracks.all if one is not hidden]
+        if hidden:
+            tracks.forget(hidden)
         people = [
             (one.x_m, one.y_m)
             for one in tracks.all
-            if one.walked or (self._background.has_map and one.person_like)
+            if one.walked
+            or (one.may_have_walked and one.perhaps_person)
+            or (self._background.has_map and one.person_like)
         ]
         self._background.learn(points, origin, people)
         return self._followed(scan.at_s, pose)

@@ -20,7 +20,7 @@ _PERSON_M = 0.62
 _NEARER_M = 0.10
 _BEHIND_SHARE = 0.35  # of the width: the middle lies behind the visible side
 _BEHIND_MOST_M = 0.15
-_SAME_M = 0.12
+_SAME_M = 0.20  # how far a leg moves from one scan to the next
 
 
 @dataclass(frozen=True)
@@ -39,15 +39,20 @@ class Scan:
 class Cluster:
     """Returns that belong together. `wide`: too wide for one leg, such as a skirt.
 
-    `whole`: nothing nearer hides a part of it. `alone`: nor does it touch the background.
+    `whole`: nothing nearer hides a part of it. `free`: it does not touch the background.
     """
 
     x_m: float
     y_m: float
     wide: bool
     whole: bool
-    alone: bool
+    free: bool
     points_m: FloatArray
+
+    @property
+    def alone(self) -> bool:
+        """True if nothing hides a part of it, nor does it touch the background."""
+        return self.whole and self.free
 
     @property
     def maybe_wall(self) -> bool:
@@ -80,13 +85,14 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
     away = middle - origin_m
     range_m = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-6)
     whole = np.ones(len(begins), dtype=np.bool_)
-    alone = whole.copy()
+    free = whole.copy()
     for end, step_to in ((at[begins], -1), (at[begins + count - 1], 1)):
         beside = np.clip(end + step_to, 0, len(ranges) - 1)
-        whole &= ranges[beside] - ranges[end] > -_NEARER_M
+        hidden = ranges[beside] - ranges[end] <= -_NEARER_M
+        whole &= ~hidden
         off = points_m[beside] - points_m[end]
         near = np.hypot(off[:, 0], off[:, 1]) <= _GAP_M + _GAP_PER_M * ranges[end]
-        alone &= whole & (foreground[beside] | ~near)
+        free &= hidden | foreground[beside] | ~near
     least = np.where(range_m > _FAR_M, _LEAST_FAR_POINTS, _LEAST_POINTS)
     chosen = np.flatnonzero((count >= least) & (width >= _THIN_M) & (width <= _PERSON_M))
     chosen = chosen[np.argsort(range_m[chosen], kind="stable")][:_MOST]
@@ -98,7 +104,7 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
             float(middle[k, 1]),
             bool(width[k] > _LEG_M),
             bool(whole[k]),
-            bool(alone[k]),
+            bool(free[k]),
             points_m[at[begins[k] : begins[k] + count[k]]],
         )
         for k in chosen

@@ -34,7 +34,9 @@ _LOOK_FAR_M = 4.5
 _ALONE_M = 0.7
 _TOUCH_M, _TOUCHES = 0.42, 2
 _JUMP_M = 0.30
-_OWN_LEG_M, _PARTLY_M = 0.30, 0.15
+_STAYS_M, _PARTLY_M = 0.30, 0.15
+_NEXT_M, _NEXT_S = 0.20, 0.15
+_JOINS = 3  # scans
 _BACK_M, _BACK_M_PER_S = 0.18, 0.25
 _BACK_M_S = 0.5
 _BACK_LOOKS, _BACK_S = 4, 0.5
@@ -87,16 +89,20 @@ class Person:
         """By track number: since when it has been where the chosen person should be, s."""
         self._last = _Left(0.0, 0.0, 0.0, 0.0, 0.0)
         self._touches = 0
-        self._doubted = False
-        """The scan before showed no certain sight of the person."""
         self._others: list[_Left] = []
         self._before: Sequence[Cluster] = ()
         self._own: list[Cluster] = []
         """Clusters of the last scan that are certainly the person's."""
+        self._joining: list[Cluster] = []
+        """A leg of the last scan that is perhaps their second one."""
+        self._joined = 0
+        """Scans that showed it beside the first one."""
 
     def continued(self, seen: Sequence[Cluster]) -> Sequence[Cluster]:
         """What of a scan is certainly the person's, because it was in the scan before."""
-        self._own = continued(self._own, self._before, seen)
+        mine = self._own if self.state is State.FOLLOWS else []
+        self._own = continued(mine, self._before, seen)
+        self._joining = continued(self._joining, self._before, seen)
         self._before = seen
         return self._own
 
@@ -197,7 +203,7 @@ class Person:
             self._take(nearest)
 
     def _take(self, track: Track) -> None:
-        self.state, self.track, self._touches, self._doubted = State.FOLLOWS, track, 0, False
+        self.state, self.track, self._touches = State.FOLLOWS, track, 0
         self._last = _Left.of(track)
         self._own = track.legs
 
@@ -213,7 +219,6 @@ class Person:
         gone = mine not in tracks  # ended as a double, with the legs of its last scan
         self._own = [] if gone or mine.contested else self._certain_legs(mine, at_s)
         seen = bool(self._own)
-        self._doubted = not any(leg.alone for leg in self._own)
         jumped = seen and mine.off_m > _JUMP_M
         if self._touches >= _TOUCHES or jumped:
             self.state, self.track = State.UNSURE, None
@@ -226,30 +231,30 @@ class Person:
         return None
 
     def _certain_legs(self, mine: Track, at_s: float) -> list[Cluster]:
-        """Its legs that are certainly the person's.
+        """Its legs that are certainly the person's: by the scan before, or both together."""
+        own = [leg for leg in mine.legs if leg in self._own]
+        if not own:
+            return mine.legs if self._again(mine, at_s) else []
+        new = [leg for leg in mine.legs if leg not in own]
+        again = any(leg in self._joining for leg in new)
+        self._joining, self._joined = new, self._joined + 1 if again else 1
+        return mine.legs if new and self._joined >= _JOINS else own
 
-        Those of the scan before are. Besides, where nothing hides a part of a leg, any near where
-        the person should be; after a scan without such a leg, both or none: an edge or another's
-        leg is easily taken for theirs.
+    def _again(self, mine: Track, at_s: float) -> bool:
+        """True if it shows both legs where the person should be, though none was there before.
+
+        One alone does not do: an edge or another's leg is easily taken for theirs.
         """
-        kept = [leg for leg in mine.legs if leg in self._own]
-        alone = [
-            leg
-            for leg in mine.legs
-            if leg.alone and self._off_m(leg.x_m, leg.y_m, at_s) < _OWN_LEG_M
-        ]
-        if not self._doubted:
-            return [*kept, *(leg for leg in alone if leg not in kept)]
         both = len(mine.legs) > 1 or any(leg.wide for leg in mine.legs)
-        if alone and both and self._off_m(*mine.at_m, at_s) < _PARTLY_M:
-            return mine.legs
-        return kept
+        alone = any(leg.alone for leg in mine.legs)
+        within_m = _NEXT_M if at_s - self._last.at_s < _NEXT_S else _PARTLY_M
+        return both and alone and self._off_m(*mine.at_m, at_s) < within_m
 
     def _partly(self, mine: Track, at_s: float) -> bool:
         """True if its legs, though not certainly the person's, are where the person should be."""
         if not mine.legs or mine.contested:
             return False
-        stands = self._last.to(*mine.at_m) < _OWN_LEG_M
+        stands = self._last.to(*mine.at_m) < _STAYS_M
         return stands or self._off_m(*mine.at_m, at_s) < _PARTLY_M
 
     def certain(self, at_s: float) -> bool:

@@ -79,6 +79,20 @@ def test_what_never_walked_is_not_chosen_without_a_map() -> None:
     assert State.FOLLOWS not in states
 
 
+def test_who_was_lost_and_stands_still_is_in_the_way_of_another_choice() -> None:
+    scene = Scene()
+    scene.comes()
+    for _ in range(15):
+        lost = scene.look([])
+    for k in range(40):  # stands there again; somebody comes and stands beside
+        other = legs((1.75, max(0.55, 2.5 - 0.08 * k)), 0.08 * min(k, 25), -1.57)
+        scene.look([*legs((1.85, 0.0)), *other])
+    scene.follower.choose(scene.at_s)
+    states = {scene.look([*legs((1.85, 0.0)), *other]).state for _ in range(30)}
+    assert lost.state is State.LOST
+    assert states == {State.CHOOSING, State.UNSURE}
+
+
 def test_out_of_sight_asks_for_nothing_at_once_and_is_said() -> None:
     scene = Scene()
     scene.comes()
@@ -104,7 +118,9 @@ def test_a_scan_without_the_person_costs_a_little_speed_only() -> None:
 
 def test_a_person_whose_track_ended_as_a_double_is_out_of_sight() -> None:
     person = Person(0.65, needs_steps=False)
-    legs_of_it = [Cluster(1.85, side * 0.09, False, True, True, np.zeros((0, 2))) for side in (1.0, -1.0)]
+    legs_of_it = [
+        Cluster(1.85, side * 0.09, False, True, True, np.zeros((0, 2))) for side in (1.0, -1.0)
+    ]
     track = Track(1, 1.85, 0.0, 0.0, looks=9, shapes=9, legs=legs_of_it)
     person.choose(0.0, 0.0)
     states = {}
@@ -122,6 +138,8 @@ def test_a_person_whose_track_ended_as_a_double_is_out_of_sight() -> None:
 def _walks_behind_something(scene: Scene, hidden: int) -> float:
     """The person walks to the left, then is not seen for so many scans; returns where they were."""
     left = 0.0
+    for k in range(8):
+        scene.look(legs((1.85 + 0.05 * k, 0.0), 0.05 * k))
     for k in range(20):
         left = 0.05 * k
         scene.look(legs((2.2, left), left, 1.57))
