@@ -93,10 +93,8 @@ class PersonFollower:
         if not self._follows:
             self._follows = True
             self._trail.begin(pose)
-        at_m = (track.x_m, track.y_m)
-        if not self._person.certain(at_s):
+        if not self._person.seen:
             return Followed(state, self._trail.coast(dt_s), None)
-        if not track.legs or track.contested:
-            return Followed(state, self._trail.coast(dt_s), at_m)
+        at_m = (track.x_m, track.y_m)
         self._trail.walked(*at_m)
         return Followed(state, self._trail.request(pose, *at_m, dt_s), at_m)

@@ -19,11 +19,9 @@ from gazechair.following.legs import Cluster, continued
 from gazechair.following.tracks import Track
 
 HIDDEN_S = 0.25
-"""After this long without a certain sighting the chair stops."""
-PARTLY_S = 0.35
-"""After this long with legs seen only in part the chair stops, too."""
+"""After this long without legs that may be the person's, they count as hidden."""
 LOST_S = 1.0
-"""After this long without one the person must be chosen again."""
+"""After this long without any that certainly are, the person must be chosen again."""
 _FRONT_M = (0.8, 1.6)
 _FRONT_RAD = math.radians(25.0)
 _STANDS_M_S, _STANDS_S = 0.25, 2.0
@@ -218,12 +216,11 @@ class Person:
             self._touches = 0
         gone = mine not in tracks  # ended as a double, with the legs of its last scan
         self._own = [] if gone or mine.contested else self._certain_legs(mine, at_s)
-        seen = bool(self._own)
-        jumped = seen and mine.off_m > _JUMP_M
+        jumped = self.seen and mine.off_m > _JUMP_M
         if self._touches >= _TOUCHES or jumped:
             self.state, self.track = State.UNSURE, None
             return None
-        if seen:
+        if self.seen:
             self._last = _Left.of(mine)
         elif gone or at_s - self._last.at_s > (LOST_S if self._partly(mine, at_s) else HIDDEN_S):
             self.state, self.track = State.HIDDEN, None
@@ -257,9 +254,10 @@ class Person:
         stands = self._last.to(*mine.at_m) < _STAYS_M
         return stands or self._off_m(*mine.at_m, at_s) < _PARTLY_M
 
-    def certain(self, at_s: float) -> bool:
-        """True if the person was seen with certainty lately: else the chair stands."""
-        return at_s - self._last.at_s < PARTLY_S
+    @property
+    def seen(self) -> bool:
+        """True if the last scan showed the person with certainty: else the chair stands."""
+        return bool(self._own)
 
     def _find(self, tracks: Sequence[Track], at_s: float) -> None:
         """Look for the hidden person where and as expected."""
