@@ -116,8 +116,8 @@ def continued(
 ) -> list[Cluster]:
     """Clusters of this scan that are of whom `own`, of those of the scan before, are.
 
-    They lie wholly where those were, and fit none of the others better: nobody else's leg can be
-    there, however little of it shows.
+    They lie wholly where those were, are the nearest to one of them, and fit none of the others
+    better: nobody else's leg can be there, however little of it shows.
     """
     if not own:
         return []
@@ -131,4 +131,5 @@ def continued(
         beyond_m = one.beyond_m(there)
         if beyond_m < _SAME_M and all(beyond_m < one.beyond_m(o.points_m) for o in others):
             found.append(one)
-    return found
+    nearest = [min(found, key=lambda k: k.beyond_m(one.points_m)) for one in own if found]
+    return [one for one in found if one in nearest]

@@ -112,6 +112,12 @@ def test_what_reaches_far_beyond_where_they_were_is_not_theirs(now: Cluster) -> 
     assert continued([own], [own], [now]) == []
 
 
+def test_a_part_of_a_wall_that_appears_behind_a_leg_is_not_theirs() -> None:
+    own = _part(2.0, 0.0)
+    leg, wall = _part(2.0, 0.06), _part(2.15, 0.0)
+    assert continued([own], [own], [wall, leg]) == [leg]
+
+
 def test_what_fits_somebody_elses_leg_better_is_not_theirs() -> None:
     own, other = _part(2.0, 0.0), _part(2.15, 0.0)
     assert continued([own], [own, other], [_part(2.12, 0.0)]) == []
