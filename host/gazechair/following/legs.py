@@ -116,20 +116,20 @@ def continued(
 ) -> list[Cluster]:
     """Clusters of this scan that are of whom `own`, of those of the scan before, are.
 
-    They lie wholly where those were, are the nearest to one of them, and fit none of the others
-    better: nobody else's leg can be there, however little of it shows.
+    They lie wholly where those were, and fit none of the others better: nobody else's leg can be
+    there, however little of it shows. No more than there were: a wall may appear behind a leg.
     """
     if not own:
         return []
     there = np.concatenate([one.points_m for one in own])
     low, high = there.min(axis=0) - _SAME_M, there.max(axis=0) + _SAME_M
     others = [one for one in before if one not in own]
-    found = []
+    found: list[tuple[float, Cluster]] = []
     for one in now:
         if (one.points_m < low).any() or (one.points_m > high).any():
             continue
         beyond_m = one.beyond_m(there)
         if beyond_m < _SAME_M and all(beyond_m < one.beyond_m(o.points_m) for o in others):
-            found.append(one)
-    nearest = [min(found, key=lambda k: k.beyond_m(one.points_m)) for one in own if found]
-    return [one for one in found if one in nearest]
+            found.append((beyond_m, one))
+    found.sort(key=lambda pair: pair[0])
+    return [one for _, one in found[: len(own)]]

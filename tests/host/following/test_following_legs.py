@@ -103,7 +103,7 @@ def test_what_lies_where_they_were_is_theirs_also_merged_split_or_hidden_in_part
         [_part(2.0, 0.0, 0.3)],
         [_part(2.0, 0.12, 0.03)],
     ):
-        assert continued([left, right], [left, right], now) == now
+        assert set(continued([left, right], [left, right], now)) == set(now)
 
 
 @pytest.mark.parametrize("now", [_part(2.3, 0.0), _part(2.0, 0.3), _part(2.0, 0.15, 0.3)])
