@@ -117,7 +117,8 @@ def continued(
     """Clusters of this scan that are of whom `own`, of those of the scan before, are.
 
     They lie wholly where those were, and fit none of the others better: nobody else's leg can be
-    there, however little of it shows. No more than there were: a wall may appear behind a leg.
+    there, however little of it shows. Of what touches the background, no more than there was: a
+    wall may appear behind a leg.
     """
     if not own:
         return []
@@ -132,4 +133,4 @@ def continued(
         if beyond_m < _SAME_M and all(beyond_m < one.beyond_m(o.points_m) for o in others):
             found.append((beyond_m, one))
     found.sort(key=lambda pair: pair[0])
-    return [one for _, one in found[: len(own)]]
+    return [one for k, (_, one) in enumerate(found) if k < len(own) or one.free]

@@ -91,19 +91,21 @@ def test_a_walker_is_one_track(gait: str) -> None:
     assert one.vy_m_s == pytest.approx(0.4, abs=0.25)
 
 
-def _part(x_m: float, y_m: float, width_m: float = 0.1) -> Cluster:
+def _part(x_m: float, y_m: float, width_m: float = 0.1, free: bool = True) -> Cluster:
     y = np.linspace(y_m - 0.5 * width_m, y_m + 0.5 * width_m, 8)
-    return Cluster(x_m, y_m, width_m > 0.23, True, True, np.stack((np.full(8, x_m), y), axis=1))
+    return Cluster(x_m, y_m, width_m > 0.23, True, free, np.stack((np.full(8, x_m), y), axis=1))
 
 
 def test_what_lies_where_they_were_is_theirs_also_merged_split_or_hidden_in_part() -> None:
     left, right = _part(2.0, 0.1), _part(2.0, -0.1)
-    for now in (
-        [_part(2.1, 0.1), _part(2.0, -0.1)],
-        [_part(2.0, 0.0, 0.3)],
-        [_part(2.0, 0.12, 0.03)],
+    merged = _part(2.0, 0.0, 0.3)
+    for before, now in (
+        ([left, right], [_part(2.1, 0.1), _part(2.0, -0.1)]),
+        ([left, right], [merged]),
+        ([merged], [left, right]),
+        ([left, right], [_part(2.0, 0.12, 0.03)]),
     ):
-        assert set(continued([left, right], [left, right], now)) == set(now)
+        assert set(continued(before, before, now)) == set(now)
 
 
 @pytest.mark.parametrize("now", [_part(2.3, 0.0), _part(2.0, 0.3), _part(2.0, 0.15, 0.3)])
@@ -114,7 +116,7 @@ def test_what_reaches_far_beyond_where_they_were_is_not_theirs(now: Cluster) -> 
 
 def test_a_part_of_a_wall_that_appears_behind_a_leg_is_not_theirs() -> None:
     own = _part(2.0, 0.0)
-    leg, wall = _part(2.0, 0.06), _part(2.15, 0.0)
+    leg, wall = _part(2.0, 0.06), _part(2.15, 0.0, free=False)
     assert continued([own], [own], [wall, leg]) == [leg]
 
 
