@@ -65,13 +65,19 @@ class PersonFollower:
         origin = to_frame(np.array((scan.origin_m,)), pose)[0]
         stands = self._background.stands(points, origin)
         tracks = self._tracks
-        tracks.look(clusters(points, origin, ~stands), scan.at_s)
+        seen = clusters(points, origin, ~stands)
+        own = self._person.continued(seen)
+        legs = [one for one in seen if not one.maybe_wall or one in own]
+        tracks.look(legs, scan.at_s, self._person.track, own)
         hidden = self._person.look(tracks.all, tracks.ended, pose, scan.at_s)
-        tracks.all = [one for one in tracks.all if one is not hidden]
+        if hidden:
+            tracks.forget(hidden)
         people = [
             (one.x_m, one.y_m)
             for one in tracks.all
-            if one.walked or (self._background.has_map and one.person_like)
+            if one.walked
+            or (one.may_have_walked and one.perhaps_person)
+            or (self._background.has_map and one.person_like)
         ]
         self._background.learn(points, origin, people)
         return self._followed(scan.at_s, pose)
@@ -87,10 +93,8 @@ class PersonFollower:
         if not self._follows:
             self._follows = True
             self._trail.begin(pose)
-        at_m = (track.x_m, track.y_m)
-        if not self._person.certain(at_s):
+        if not self._person.seen:
             return Followed(state, self._trail.coast(dt_s), None)
-        if not track.legs or track.contested:
-            return Followed(state, self._trail.coast(dt_s), at_m)
+        at_m = (track.x_m, track.y_m)
         self._trail.walked(*at_m)
         return Followed(state, self._trail.request(pose, *at_m, dt_s), at_m)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ _PERSON_M = 0.62
 _NEARER_M = 0.10
 _BEHIND_SHARE = 0.35  # of the width: the middle lies behind the visible side
 _BEHIND_MOST_M = 0.15
+_SAME_M = 0.20  # how far a leg moves from one scan to the next
 
 
 @dataclass(frozen=True)
@@ -33,18 +35,34 @@ class Scan:
     at_s: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cluster:
     """Returns that belong together. `wide`: too wide for one leg, such as a skirt.
 
-    `whole`: nothing nearer hides a part of it. `alone`: nor does it touch the background.
+    `whole`: nothing nearer hides a part of it. `free`: it does not touch the background.
     """
 
     x_m: float
     y_m: float
     wide: bool
     whole: bool
-    alone: bool
+    free: bool
+    points_m: FloatArray
+
+    @property
+    def alone(self) -> bool:
+        """True if nothing hides a part of it, nor does it touch the background."""
+        return self.whole and self.free
+
+    @property
+    def maybe_wall(self) -> bool:
+        """True for a wide part that shows beside something nearer."""
+        return self.wide and not self.whole
+
+    def beyond_m(self, points_m: FloatArray) -> float:
+        """How far it reaches beyond these points, m."""
+        off = self.points_m[:, None] - points_m
+        return float(np.hypot(off[..., 0], off[..., 1]).min(axis=1).max())
 
 
 def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) -> list[Cluster]:
@@ -67,17 +85,16 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
     away = middle - origin_m
     range_m = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-6)
     whole = np.ones(len(begins), dtype=np.bool_)
-    alone = whole.copy()
+    free = whole.copy()
     for end, step_to in ((at[begins], -1), (at[begins + count - 1], 1)):
         beside = np.clip(end + step_to, 0, len(ranges) - 1)
-        whole &= ranges[beside] - ranges[end] > -_NEARER_M
+        hidden = ranges[beside] - ranges[end] <= -_NEARER_M
+        whole &= ~hidden
         off = points_m[beside] - points_m[end]
         near = np.hypot(off[:, 0], off[:, 1]) <= _GAP_M + _GAP_PER_M * ranges[end]
-        alone &= whole & (foreground[beside] | ~near)
+        free &= hidden | foreground[beside] | ~near
     least = np.where(range_m > _FAR_M, _LEAST_FAR_POINTS, _LEAST_POINTS)
     chosen = np.flatnonzero((count >= least) & (width >= _THIN_M) & (width <= _PERSON_M))
-    # A wide part that shows between two nearer things may be a wall.
-    chosen = chosen[whole[chosen] | (width[chosen] <= _LEG_M)]
     chosen = chosen[np.argsort(range_m[chosen], kind="stable")][:_MOST]
     behind = np.minimum(_BEHIND_SHARE * width, _BEHIND_MOST_M) / range_m
     middle = middle + away * behind[:, None]
@@ -87,7 +104,33 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
             float(middle[k, 1]),
             bool(width[k] > _LEG_M),
             bool(whole[k]),
-            bool(alone[k]),
+            bool(free[k]),
+            points_m[at[begins[k] : begins[k] + count[k]]],
         )
         for k in chosen
     ]
+
+
+def continued(
+    own: Sequence[Cluster], before: Sequence[Cluster], now: Sequence[Cluster]
+) -> list[Cluster]:
+    """Clusters of this scan that are of whom `own`, of those of the scan before, are.
+
+    They lie wholly where those were, and fit none of the others better: nobody else's leg can be
+    there, however little of it shows. Of what touches the background, no more than there was: a
+    wall may appear behind a leg.
+    """
+    if not own:
+        return []
+    there = np.concatenate([one.points_m for one in own])
+    low, high = there.min(axis=0) - _SAME_M, there.max(axis=0) + _SAME_M
+    others = [one for one in before if one not in own]
+    found: list[tuple[float, Cluster]] = []
+    for one in now:
+        if (one.points_m < low).any() or (one.points_m > high).any():
+            continue
+        beyond_m = one.beyond_m(there)
+        if beyond_m < _SAME_M and all(beyond_m < one.beyond_m(o.points_m) for o in others):
+            found.append((beyond_m, one))
+    found.sort(key=lambda pair: pair[0])
+    return [one for k, (_, one) in enumerate(found) if k < len(own) or one.free]

@@ -15,14 +15,13 @@ from enum import Enum
 
 from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import FloatArray
+from gazechair.following.legs import Cluster, continued
 from gazechair.following.tracks import Track
 
 HIDDEN_S = 0.25
-"""After this long without a certain sighting the chair stops."""
-PARTLY_S = 0.35
-"""After this long with legs seen only in part the chair stops, too."""
+"""After this long without legs that may be the person's, they count as hidden."""
 LOST_S = 1.0
-"""After this long without one the person must be chosen again."""
+"""After this long without any that certainly are, the person must be chosen again."""
 _FRONT_M = (0.8, 1.6)
 _FRONT_RAD = math.radians(25.0)
 _STANDS_M_S, _STANDS_S = 0.25, 2.0
@@ -33,7 +32,9 @@ _LOOK_FAR_M = 4.5
 _ALONE_M = 0.7
 _TOUCH_M, _TOUCHES = 0.42, 2
 _JUMP_M = 0.30
-_OWN_LEG_M, _PARTLY_M = 0.30, 0.15
+_STAYS_M, _PARTLY_M = 0.30, 0.15
+_NEXT_M, _NEXT_S = 0.20, 0.15
+_JOINS = 3  # scans
 _BACK_M, _BACK_M_PER_S = 0.18, 0.25
 _BACK_M_S = 0.5
 _BACK_LOOKS, _BACK_S = 4, 0.5
@@ -86,9 +87,22 @@ class Person:
         """By track number: since when it has been where the chosen person should be, s."""
         self._last = _Left(0.0, 0.0, 0.0, 0.0, 0.0)
         self._touches = 0
-        self._doubted = False
-        """The scan before showed no certain sight of the person."""
         self._others: list[_Left] = []
+        self._before: Sequence[Cluster] = ()
+        self._own: list[Cluster] = []
+        """Clusters of the last scan that are certainly the person's."""
+        self._joining: list[Cluster] = []
+        """A leg of the last scan that is perhaps their second one."""
+        self._joined = 0
+        """Scans that showed it beside the first one."""
+
+    def continued(self, seen: Sequence[Cluster]) -> Sequence[Cluster]:
+        """What of a scan is certainly the person's, because it was in the scan before."""
+        mine = self._own if self.state is State.FOLLOWS else []
+        self._own = continued(mine, self._before, seen)
+        self._joining = continued(self._joining, self._before, seen)
+        self._before = seen
+        return self._own
 
     def choose(self, at_s: float, bearing_rad: float | None = None) -> None:
         """Choose who is at `bearing_rad` (chair's frame); None: who stands in front for 2 s."""
@@ -187,8 +201,9 @@ class Person:
             self._take(nearest)
 
     def _take(self, track: Track) -> None:
-        self.state, self.track, self._touches, self._doubted = State.FOLLOWS, track, 0, False
+        self.state, self.track, self._touches = State.FOLLOWS, track, 0
         self._last = _Left.of(track)
+        self._own = track.legs
 
     # -- keeping -----------------------------------------------------------------------------------
 
@@ -200,42 +215,49 @@ class Person:
         else:
             self._touches = 0
         gone = mine not in tracks  # ended as a double, with the legs of its last scan
-        seen = self._sure(mine, at_s) and not mine.contested and not gone
-        self._doubted = not seen
-        jumped = seen and mine.off_m > _JUMP_M
+        self._own = [] if gone or mine.contested else self._certain_legs(mine, at_s)
+        jumped = self.seen and mine.off_m > _JUMP_M
         if self._touches >= _TOUCHES or jumped:
             self.state, self.track = State.UNSURE, None
             return None
-        if seen:
+        if self.seen:
             self._last = _Left.of(mine)
         elif gone or at_s - self._last.at_s > (LOST_S if self._partly(mine, at_s) else HIDDEN_S):
             self.state, self.track = State.HIDDEN, None
             return mine
         return None
 
-    def _sure(self, mine: Track, at_s: float) -> bool:
-        """True if it has a leg that is certainly the person's; both, after a scan without one.
+    def _certain_legs(self, mine: Track, at_s: float) -> list[Cluster]:
+        """Its legs that are certainly the person's: by the scan before, or both together."""
+        own = [leg for leg in mine.legs if leg in self._own]
+        if not own:
+            return mine.legs if self._again(mine, at_s) else []
+        new = [leg for leg in mine.legs if leg not in own]
+        again = any(leg in self._joining for leg in new)
+        self._joining, self._joined = new, self._joined + 1 if again else 1
+        return mine.legs if new and self._joined >= _JOINS else own
 
-        Where something hides a part of them, its edge or another's leg is easily taken for theirs.
+    def _again(self, mine: Track, at_s: float) -> bool:
+        """True if it shows both legs where the person should be, though none was there before.
+
+        One alone does not do: an edge or another's leg is easily taken for theirs.
         """
-        own = any(
-            leg.alone and self._off_m(leg.x_m, leg.y_m, at_s) < _OWN_LEG_M for leg in mine.legs
-        )
-        if not own or not self._doubted:
-            return own
-        both = len(mine.legs) > 1 or mine.legs[0].wide
-        return both and self._off_m(*mine.at_m, at_s) < _PARTLY_M
+        both = len(mine.legs) > 1 or any(leg.wide for leg in mine.legs)
+        alone = any(leg.alone for leg in mine.legs)
+        within_m = _NEXT_M if at_s - self._last.at_s < _NEXT_S else _PARTLY_M
+        return both and alone and self._off_m(*mine.at_m, at_s) < within_m
 
     def _partly(self, mine: Track, at_s: float) -> bool:
         """True if its legs, though not certainly the person's, are where the person should be."""
         if not mine.legs or mine.contested:
             return False
-        stands = self._last.to(*mine.at_m) < _OWN_LEG_M
+        stands = self._last.to(*mine.at_m) < _STAYS_M
         return stands or self._off_m(*mine.at_m, at_s) < _PARTLY_M
 
-    def certain(self, at_s: float) -> bool:
-        """True if the person was seen with certainty lately: else the chair stands."""
-        return at_s - self._last.at_s < PARTLY_S
+    @property
+    def seen(self) -> bool:
+        """True if the last scan showed the person with certainty: else the chair stands."""
+        return bool(self._own)
 
     def _find(self, tracks: Sequence[Track], at_s: float) -> None:
         """Look for the hidden person where and as expected."""

@@ -17,15 +17,17 @@ _SECOND_GATE_M = 0.55
 _LEGS_APART_M = 0.55
 _ADOPTED_M, _ADOPTED_PAIR_M = 0.42, 0.22
 _PAIR_M = 0.26  # from the middle of both legs to where the person is expected
+_SURE_PAIR_M = 0.12  # the same, beside a leg that is certainly its own
 _CONTEST_M = 0.12
 _ACCELERATION_M_S2 = 1.3
 _PAIR_SIGMA_M, _ONE_SIGMA_M, _WIDE_SIGMA_M = 0.06, 0.20, 0.09
 _FIRST_SIGMA_M_S = 0.6
 _FORGET_S, _FORGET_SHORT_S = 1.0, 0.3
 _KNOWN_LOOKS = 5
-_WALKED_M, _WALKED_SHAPES = 0.45, 4
+_WALKED_M, _WALKED_AGAIN_M, _WALKED_SHAPES = 0.45, 0.30, 4
 _STILL_LOOKS, _STILL_M_S = 8, 0.15
 _SAME_M = 0.18
+_LEFT_M, _LEFT_S = 0.7, 3.0
 _MOST_TRACKS = 40
 _FASTEST_M_S = 2.0
 
@@ -50,6 +52,10 @@ class Track:
     """Its legs in the last scan."""
     first_m: tuple[float, float] = (0.0, 0.0)
     """Where it appeared."""
+    may_have_walked: bool = False
+    """It appeared soon where one that had walked was last seen."""
+    sure: bool = False
+    """The first of its legs in the last scan is certainly one of its own."""
     off_m: float = 0.0
     """Distance between where its legs were last seen and where they were expected."""
     _from: tuple[float, float] = (0.0, 0.0)
@@ -99,7 +105,7 @@ class Track:
         self._pp += 2.0 * dt * self._pv + dt * dt * self._vv + q * dt * dt / 3.0
         self._pv += dt * self._vv + 0.5 * q * dt
         self._vv += q
-        self.legs, self.contested = [], False
+        self.legs, self.contested, self.sure = [], False, False
 
     def takes(self, leg: Cluster) -> bool:
         """Take `leg` if it may be one of its legs; True if taken."""
@@ -108,8 +114,17 @@ class Track:
                 return False
         elif not self._second(leg):
             return False
-        self.legs.append(leg)
+        self._add(leg)
         return True
+
+    def _add(self, leg: Cluster) -> None:
+        """Use `leg`; beside one that is certainly its own, only if it is as certain."""
+        if self.sure:
+            one = self.legs[0]
+            middle_m = self.to(0.5 * (one.x_m + leg.x_m), 0.5 * (one.y_m + leg.y_m))
+            if not (one.alone and leg.alone and middle_m < _SURE_PAIR_M):
+                return
+        self.legs.append(leg)
 
     def _second(self, leg: Cluster) -> bool:
         if len(self.legs) > 1 or leg.wide or self.legs[0].wide:
@@ -128,7 +143,7 @@ class Track:
             return False
         if self.to(0.5 * (one.x_m + leg.x_m), 0.5 * (one.y_m + leg.y_m)) > _ADOPTED_PAIR_M:
             return False
-        self.legs.append(leg)
+        self._add(leg)
         return True
 
     def correct(self, at_s: float) -> None:
@@ -155,7 +170,8 @@ class Track:
         self.shapes += shape
         if self.looks == _KNOWN_LOOKS:
             self._from = (self.x_m, self.y_m)
-        if self.looks > _KNOWN_LOOKS and self.person_like and self.to(*self._from) > _WALKED_M:
+        least_m = _WALKED_AGAIN_M if self.may_have_walked else _WALKED_M
+        if self.looks > _KNOWN_LOOKS and self.person_like and self.to(*self._from) > least_m:
             self.walked = True
 
 
@@ -166,20 +182,35 @@ class Tracks:
         self.all: list[Track] = []
         self.ended: list[Track] = []
         """Tracks that ended with the last scan."""
+        self._left: list[Track] = []
+        """Tracks that had walked and ended lately."""
         self._number = 0
 
-    def look(self, legs: Sequence[Cluster], at_s: float) -> None:
-        """Process the legs of one scan."""
+    def look(
+        self,
+        legs: Sequence[Cluster],
+        at_s: float,
+        mine: Track | None = None,
+        own: Sequence[Cluster] = (),
+    ) -> None:
+        """Process the legs of one scan. `own`: those that are certainly of the track `mine`."""
         for track in self.all:
             track.predict(at_s)
-        free = self._assign(legs)
+        free = self._assign(legs, mine, own)
         for track in self.all:
             if track.legs:
                 track.correct(at_s)
         self._begin(free, at_s)
         self._end(at_s)
 
-    def _assign(self, legs: Sequence[Cluster]) -> list[Cluster]:
+    def forget(self, track: Track) -> None:
+        """End a track."""
+        self.all = [one for one in self.all if one is not track]
+        self._left.append(track)
+
+    def _assign(
+        self, legs: Sequence[Cluster], mine: Track | None, own: Sequence[Cluster]
+    ) -> list[Cluster]:
         """Assign legs to tracks, the nearest first; returns the legs left over."""
         pairs = sorted(
             (track.to(leg.x_m, leg.y_m), number, k)
@@ -189,17 +220,21 @@ class Tracks:
             and abs(track.y_m - leg.y_m) < _SECOND_GATE_M
         )
         owner: dict[int, Track] = {}
+        if mine:
+            mine.legs = sorted(own, key=lambda leg: mine.to(leg.x_m, leg.y_m))[:2]
+            mine.sure = bool(own)
+            owner = {k: mine for k, leg in enumerate(legs) if leg in mine.legs}
         for _ in range(2):  # a second leg may lie nearer than the first one found
             for _, number, k in pairs:
                 if k not in owner and self.all[number].takes(legs[k]):
                     owner[k] = self.all[number]
         for far_m, number, k in pairs:
             other = self.all[number]
-            mine = owner.get(k)
-            if mine is None or other.legs or not other.walked or far_m > _GATE_M:
+            one = owner.get(k)
+            if one is None or other.legs or not other.walked or far_m > _GATE_M:
                 continue
-            if far_m < mine.to(legs[k].x_m, legs[k].y_m) + _CONTEST_M:
-                mine.contested = True
+            if far_m < one.to(legs[k].x_m, legs[k].y_m) + _CONTEST_M:
+                one.contested = True
         self._join()
         return [leg for k, leg in enumerate(legs) if k not in owner]
 
@@ -234,6 +269,7 @@ class Tracks:
             made = Track(self._number, x, y, at_s, seen_s=at_s, legs=mine)
             made.first_m, made._at_s = (x, y), at_s
             made.shapes = int(_shape(mine))
+            made.may_have_walked = any(left.to(x, y) < _LEFT_M for left in self._left)
             self.all.append(made)
 
     def _end(self, at_s: float) -> None:
@@ -248,6 +284,8 @@ class Tracks:
             elif not double:
                 kept.append(track)
         self.all = kept
+        self._left += [track for track in self.ended if track.walked]
+        self._left = [track for track in self._left if at_s - track.seen_s < _LEFT_S]
 
 
 def _shape(legs: Sequence[Cluster]) -> bool:

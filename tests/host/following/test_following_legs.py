@@ -9,7 +9,7 @@ import pytest
 
 from followrig import Scene, legs
 from gazechair.following.background import Background
-from gazechair.following.legs import Cluster, clusters
+from gazechair.following.legs import Cluster, clusters, continued
 from gazechair.following.tracks import Tracks
 from gazesim.gaits import FOREIGN, PLAIN, Actor
 
@@ -43,7 +43,7 @@ def test_a_pole_is_nobody() -> None:
 def test_a_part_of_something_wide_is_nobody() -> None:
     # Two legs before a wall of which a strip shows between them.
     found = _seen([(1.5, 0.28, 0.06), (1.5, -0.28, 0.06), (3.2, 0.0, 1.0)])
-    assert not any(one.wide for one in found)
+    assert not any(one.wide and not one.maybe_wall for one in found)
 
 
 def test_what_stands_becomes_background_and_what_leaves_does_not_stay() -> None:
@@ -89,3 +89,37 @@ def test_a_walker_is_one_track(gait: str) -> None:
     (one,) = people
     assert math.dist((one.x_m, one.y_m), (actor.x_m, actor.y_m)) < 0.25
     assert one.vy_m_s == pytest.approx(0.4, abs=0.25)
+
+
+def _part(x_m: float, y_m: float, width_m: float = 0.1, free: bool = True) -> Cluster:
+    y = np.linspace(y_m - 0.5 * width_m, y_m + 0.5 * width_m, 8)
+    return Cluster(x_m, y_m, width_m > 0.23, True, free, np.stack((np.full(8, x_m), y), axis=1))
+
+
+def test_what_lies_where_they_were_is_theirs_also_merged_split_or_hidden_in_part() -> None:
+    left, right = _part(2.0, 0.1), _part(2.0, -0.1)
+    merged = _part(2.0, 0.0, 0.3)
+    for before, now in (
+        ([left, right], [_part(2.1, 0.1), _part(2.0, -0.1)]),
+        ([left, right], [merged]),
+        ([merged], [left, right]),
+        ([left, right], [_part(2.0, 0.12, 0.03)]),
+    ):
+        assert set(continued(before, before, now)) == set(now)
+
+
+@pytest.mark.parametrize("now", [_part(2.3, 0.0), _part(2.0, 0.3), _part(2.0, 0.15, 0.3)])
+def test_what_reaches_far_beyond_where_they_were_is_not_theirs(now: Cluster) -> None:
+    own = _part(2.0, 0.0)
+    assert continued([own], [own], [now]) == []
+
+
+def test_a_part_of_a_wall_that_appears_behind_a_leg_is_not_theirs() -> None:
+    own = _part(2.0, 0.0)
+    leg, wall = _part(2.0, 0.06), _part(2.15, 0.0, free=False)
+    assert continued([own], [own], [wall, leg]) == [leg]
+
+
+def test_what_fits_somebody_elses_leg_better_is_not_theirs() -> None:
+    own, other = _part(2.0, 0.0), _part(2.15, 0.0)
+    assert continued([own], [own, other], [_part(2.12, 0.0)]) == []

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from followrig import SCAN_S, Disc, Scene, legs
+from followrig import SCAN_S, Disc, Place, Scene, legs
 from gazechair.following.legs import Cluster
 from gazechair.following.person import Person, State
 from gazechair.following.request import STOP
@@ -79,6 +80,34 @@ def test_what_never_walked_is_not_chosen_without_a_map() -> None:
     assert State.FOLLOWS not in states
 
 
+def test_who_was_lost_and_stands_still_is_in_the_way_of_another_choice() -> None:
+    scene = Scene()
+    scene.comes()
+    for _ in range(15):
+        lost = scene.look([])
+    for k in range(40):  # stands there again; somebody comes and stands beside
+        other = legs((1.75, max(0.55, 2.5 - 0.08 * k)), 0.08 * min(k, 25), -1.57)
+        scene.look([*legs((1.85, 0.0)), *other])
+    scene.follower.choose(scene.at_s)
+    states = {scene.look([*legs((1.85, 0.0)), *other]).state for _ in range(30)}
+    assert lost.state is State.LOST
+    assert states == {State.CHOOSING, State.UNSURE}
+
+
+def test_who_was_lost_needs_fewer_steps_to_be_chosen_again() -> None:
+    scene = Scene()
+    scene.comes()
+    for _ in range(15):
+        lost = scene.look([])
+    for k in range(13):
+        scene.look(legs((2.45 - 0.05 * k, 0.0), 0.05 * k, math.pi))
+    scene.follower.choose(scene.at_s)
+    for _ in range(30):
+        said = scene.look(legs((1.85, 0.0)))
+    assert lost.state is State.LOST
+    assert said.state is State.FOLLOWS
+
+
 def test_out_of_sight_asks_for_nothing_at_once_and_is_said() -> None:
     scene = Scene()
     scene.comes()
@@ -104,7 +133,9 @@ def test_a_scan_without_the_person_costs_a_little_speed_only() -> None:
 
 def test_a_person_whose_track_ended_as_a_double_is_out_of_sight() -> None:
     person = Person(0.65, needs_steps=False)
-    legs_of_it = [Cluster(1.85, side * 0.09, False, True, True) for side in (1.0, -1.0)]
+    legs_of_it = [
+        Cluster(1.85, side * 0.09, False, True, True, np.zeros((0, 2))) for side in (1.0, -1.0)
+    ]
     track = Track(1, 1.85, 0.0, 0.0, looks=9, shapes=9, legs=legs_of_it)
     person.choose(0.0, 0.0)
     states = {}
@@ -122,6 +153,8 @@ def test_a_person_whose_track_ended_as_a_double_is_out_of_sight() -> None:
 def _walks_behind_something(scene: Scene, hidden: int) -> float:
     """The person walks to the left, then is not seen for so many scans; returns where they were."""
     left = 0.0
+    for k in range(8):
+        scene.look(legs((1.85 + 0.05 * k, 0.0), 0.05 * k))
     for k in range(20):
         left = 0.05 * k
         scene.look(legs((2.2, left), left, 1.57))
@@ -198,3 +231,90 @@ def test_another_who_comes_out_where_the_person_hides_is_not_followed(
         if k >= len(walk) + 5:
             assert said.request == STOP
             assert said.person_m is None or math.dist(said.person_m, person) < 0.35
+
+
+_PILLAR: list[Disc] = [(2.0, -0.35, 0.2)]
+"""At x = 3.0 m it hides what is to the right of y = -0.25 m."""
+
+
+def test_a_part_of_a_leg_that_stays_where_it_was_is_still_theirs() -> None:
+    scene = Scene()
+    scene.comes(_PILLAR)
+    for k in range(24):
+        scene.look([*legs((1.85 + 0.05 * k, 0.0), 0.05 * k), *_PILLAR])
+    for k in range(12):  # one leg goes out of sight, of the other one a half
+        scene.look([*legs((3.0, -0.0275 * k)), *_PILLAR])
+    for _ in range(30):
+        said = scene.look([*legs((3.0, -0.33)), *_PILLAR])
+        assert said.state is State.FOLLOWS
+        assert said.request.linear_m_s > 0.0
+
+
+def test_a_part_of_a_skirt_is_still_theirs() -> None:
+    scene = Scene()
+    for k in range(30):
+        scene.look([(3.35 - 0.05 * k, 0.0, 0.18), *_PILLAR])
+    scene.follower.choose(scene.at_s)
+    for _ in range(24):
+        scene.look([(1.85, 0.0, 0.18), *_PILLAR])
+    for k in range(24):
+        scene.look([(1.85 + 0.05 * k, 0.0, 0.18), *_PILLAR])
+    for k in range(40):
+        said = scene.look([(3.0, -0.03 * min(k, 6), 0.18), *_PILLAR])
+        assert said.state is State.FOLLOWS
+        assert said.request.linear_m_s > 0.0
+
+
+def test_a_leg_that_was_not_there_a_scan_before_is_not_theirs() -> None:
+    scene = Scene()
+    scene.comes()
+    for k in range(15):
+        here = (1.85 + 0.06 * k, 0.0)
+        assert scene.look(legs(here, 0.06 * k)).person_m is not None
+    said = scene.look([(here[0] + 0.25, 0.25, 0.055)])
+    assert said.person_m is None
+    assert said.request == STOP
+
+
+def _along(points: list[Place], speed_m_s: float) -> list[tuple[Place, float]]:
+    """Where somebody is in each scan who walks along these points, and their heading."""
+    found = []
+    for a, b in pairwise(points):
+        steps = max(1, round(math.dist(a, b) / (speed_m_s * SCAN_S)))
+        for k in range(1, steps + 1):
+            place = a[0] + (b[0] - a[0]) * k / steps, a[1] + (b[1] - a[1]) * k / steps
+            found.append((place, math.atan2(b[1] - a[1], b[0] - a[0])))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("x_m", "apart_m", "late", "speed_m_s"),
+    [(3.05, 0.42, 0, 0.5), (3.05, 0.46, 2, 0.7), (3.2, 0.46, 2, 0.7), (3.4, 0.42, 2, 0.7)],
+)
+def test_another_who_comes_out_as_the_person_goes_in_is_not_followed(
+    x_m: float, apart_m: float, late: int, speed_m_s: float
+) -> None:
+    scene = Scene()
+    wall: list[Disc] = [(2.75, -0.5 - 0.15 * k, 0.12) for k in range(8)]
+    scene.comes(wall)
+    far_m = x_m + apart_m
+    person = _along([(1.85, 0.0), (far_m, 0.45), (far_m, -0.9)], speed_m_s)
+    other = _along([(x_m, -0.9), (x_m, 0.0), (x_m - 0.2, 0.5)], speed_m_s)
+    goes_in = next(k for k, (at, _) in enumerate(person) if at[0] == far_m and at[1] < -0.25)
+    comes_out = next(k for k, (at, _) in enumerate(other) if at[1] > -0.3)
+    step_m = speed_m_s * SCAN_S
+    for k in range(len(person) + 25):
+        (here, heading), mine = person[min(k, len(person) - 1)], min(k, len(person) - 1)
+        theirs = min(max(k - goes_in + comes_out - late, 0), len(other) - 1)
+        there, other_heading = other[theirs]
+        said = scene.look(
+            [
+                *legs(here, step_m * mine, heading),
+                *legs(there, step_m * theirs, other_heading),
+                *wall,
+            ]
+        )
+        if said.person_m is not None:
+            assert math.dist(said.person_m, here) < 0.5
+        if k > goes_in + 10:
+            assert said.request == STOP
