@@ -148,7 +148,7 @@ def test_what_cannot_be_gone_to_is_refused_with_its_reason(chair: OnFloor) -> No
     )
     chair.floor.keep(wide)  # of a camera with another picture
     assert chair.looks_there() in ("camera_uncalibrated", "look_outside")
-    chair.floor._path.unlink()
+    chair.floor._file.path.unlink()
     chair.run(600)
     assert not chair.service.rows()  # no tile without a calibration
     chair.looks_at(*SPOT)

@@ -83,7 +83,7 @@ class Service(ProducerService):
 
     word: bytes | None = None
 
-    def _say(self, word: bytes) -> None:
+    def _send(self, word: bytes) -> None:
         self.word = word
 
 
