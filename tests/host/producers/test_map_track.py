@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,11 +26,25 @@ def test_of_two_lidars_in_step_the_second_estimate_belongs_to_the_pose() -> None
     assert np.allclose(pose, (5.0, 1.0, math.radians(90.0)))
 
 
-@pytest.mark.parametrize(("sigma_deg", "known"), [(0.3, True), (5.6, True), (8.0, False)])
-def test_a_chair_that_has_just_started_may_drive_its_first_half_metre(
-    sigma_deg: float, known: bool
+@pytest.mark.parametrize(
+    ("mounting_deg", "sigma_m", "sigma_deg", "known"),
+    [
+        (1.0, 0.02, 0.3, True),
+        (1.0, 0.11, 3.1, True),
+        (1.0, 0.02, 5.6, False),
+        (1.0, 0.14, 0.3, False),
+        # Just started: what the lidars' directions may be off is no reason not to drive.
+        (5.5, 0.02, 5.6, True),
+        (5.5, 0.14, 6.2, True),
+        (5.5, 0.02, 8.0, False),
+        (5.5, 0.17, 5.6, False),
+    ],
+)
+def test_a_pose_may_be_less_sure_by_lidars_whose_directions_are_not_verified(
+    mounting_deg: float, sigma_m: float, sigma_deg: float, known: bool
 ) -> None:
     track = MapTrack()
-    where = Whereabouts(2.0, "home", 5.0, 1.0, 90.0, 0.05, sigma_deg, 1.0)
-    track.take([_estimate(2.0, 3.0)], where)
+    where = Whereabouts(2.0, "home", 5.0, 1.0, 90.0, sigma_m, sigma_deg, 1.0)
+    before = replace(_estimate(2.0, 3.0), mounting_sigma_deg=mounting_deg)
+    track.take([before, replace(before, mounting_sigma_deg=1.0)], where)
     assert (track.pose("home", 2.1) is not None) is known
