@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import random
@@ -14,7 +15,7 @@ import pytest
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.web import certificate
 from gazedemo.check import NEUTRAL
-from gazemeasure.allday import alerts, kill, power, real, service, virtual
+from gazemeasure.allday import alerts, kill, power, real, record, service, virtual
 from gazemeasure.allday import faults as allday_faults
 from gazemeasure.allday import replay as allday_replay
 from gazemeasure.allday.chair import DayChair
@@ -64,6 +65,33 @@ def test_some_seconds_of_a_day() -> None:
     assert figures["faults while driving"] >= 1
     assert figures["not driving again by arm and press"] == 0, report.table()
     assert figures["driving again, p95"] <= 5
+
+
+def test_the_whole_day_on_record_keeps_its_limits() -> None:
+    assert record.FILE is not None
+    stored = json.loads(record.FILE.read_text())
+    figures = {figure["name"].strip(): figure for figure in stored["figures"]}
+    assert figures["hours driven"]["value"] >= virtual.DAY_S / 3600
+    assert figures["not driving again by arm and press"]["value"] == 0
+    assert stored["ok"]
+    assert all(figure["ok"] for figure in stored["figures"])
+
+
+def test_a_record_says_whether_the_files_are_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "allday.json"
+    assert record.sentence(file) == "No whole day in virtual time is on record."
+    day = Report("")
+    day.add("hours driven", 24.01, "h", 24.0, at_least=True)
+    record.write(day, file)
+    assert record.sentence(file).startswith("On record: a day of 24.0 h, within its limits")
+    assert "with these files" in record.sentence(file)
+    monkeypatch.setattr(record, "digest", lambda: "of changed files")
+    assert "with other files" in record.sentence(file)
+    day.add("not driving again", 1, "", 0)
+    record.write(day, file)
+    assert "FELL SHORT" in record.sentence(file)
 
 
 def test_a_drive_is_replayed_equal(tmp_path: Path) -> None:

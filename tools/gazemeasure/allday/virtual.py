@@ -17,6 +17,7 @@ from typing import Any
 from gazechair.alerts.book import AGAIN_S, MOST_ALERTS, Book
 from gazechair.alerts.diary import Diary
 from gazechair.alerts.reasons import HELP_WANTED
+from gazemeasure.allday import record
 from gazemeasure.allday.chair import DayChair
 from gazemeasure.allday.faults import BACK_S
 from gazemeasure.growth import Holding, slope_per_hour
@@ -241,8 +242,13 @@ def add(report: Report, wanted_s: float) -> None:
     """Live `wanted_s` of virtual time: one life per core, in parallel."""
     cores = len(os.sched_getaffinity(0))
     lives = [Life(wanted_s / cores, _SEED + core, _FAULT_EACH) for core in range(cores)]
+    day = Report("allday: a day in virtual time")
     with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
-        add_rows(report, list(pool.map(live, lives)), wanted_s)
+        add_rows(day, list(pool.map(live, lives)), wanted_s)
+    if wanted_s >= DAY_S:
+        record.write(day)
+    report.figures += day.figures
+    report.notes += [*day.notes, record.sentence()]
 
 
 def _fill_diary(folder: Path) -> None:
