@@ -71,7 +71,7 @@ def test_the_whole_day_on_record_keeps_its_limits() -> None:
     assert record.FILE is not None
     stored = json.loads(record.FILE.read_text())
     figures = {figure["name"].strip(): figure for figure in stored["figures"]}
-    assert figures["hours driven"]["value"] >= virtual.DAY_S / 3600
+    assert figures["virtual day: hours driven"]["value"] >= virtual.DAY_S / 3600
     assert figures["not driving again by arm and press"]["value"] == 0
     assert stored["ok"]
     assert all(figure["ok"] for figure in stored["figures"])
