@@ -32,7 +32,6 @@ class MapTrack:
     def __init__(self) -> None:
         self._estimates: deque[Estimate] = deque(maxlen=_KEPT)
         self._where: Whereabouts | None = None
-        self._mounting_deg = 0.0  # standard deviation of the lidars' directions then
         self._frame: FloatArray | None = None  # odometry's frame in the map's
 
     def take(self, estimates: Iterable[Estimate], where: Whereabouts | None) -> None:
@@ -54,13 +53,16 @@ class MapTrack:
         in_map = np.array((where.x_m, where.y_m, math.radians(where.heading_deg)))
         self._frame = compose(in_map, between(near.pose(), np.zeros(3)))
         self._where = where
-        same = (one for one in self._estimates if abs(one.time_s - where.time_s) <= _SAME_S)
-        self._mounting_deg = max(one.mounting_sigma_deg for one in same)
 
     @property
     def newest(self) -> Estimate | None:
         """The newest estimate of odometry."""
         return self._estimates[-1] if self._estimates else None
+
+    @property
+    def map(self) -> str:
+        """The map that the chair was last known to be in; "": none yet."""
+        return "" if self._where is None else self._where.map
 
     def pose(self, map_: str, now_s: float) -> FloatArray | None:
         """Pose (3,) at the time of `newest`, in that map; None: not known well enough."""
@@ -69,8 +71,8 @@ class MapTrack:
             return None
         if now_s - where.time_s > POSE_OLD_S or now_s - newest.time_s > _ESTIMATE_OLD_S:
             return None
-        most_deg = math.hypot(_SIGMA_DEG, self._mounting_deg)
-        most_m = math.hypot(_SIGMA_M, _LIDAR_M * math.radians(self._mounting_deg))
+        most_deg = math.hypot(_SIGMA_DEG, where.mounting_sigma_deg)
+        most_m = math.hypot(_SIGMA_M, _LIDAR_M * math.radians(where.mounting_sigma_deg))
         if where.sigma_m > most_m or where.sigma_deg > most_deg:
             return None
         if DOUBTED.intersection(newest.doubts):

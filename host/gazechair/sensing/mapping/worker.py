@@ -189,6 +189,7 @@ class Worker:
             location.sigma_m,
             math.degrees(location.sigma_rad),
             location.evidence.explained,
+            at.mounting_sigma_deg,
             (at.x_m, at.y_m, at.heading_deg),
             at.track,
         )

@@ -36,6 +36,8 @@ class Whereabouts:
     sigma_deg: float
     explained: float
     """Share of the look that the map explains, 0..1; low in a crowd, or where much was moved."""
+    mounting_sigma_deg: float
+    """Of the lidars' directions on the chair at that look; `sigma_deg` and `sigma_m` contain it."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,7 @@ def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
         math.hypot(fix.sigma_m, _DRIFT * way_m),
         math.hypot(fix.sigma_deg, _DRIFT * turned_deg),
         fix.explained,
+        fix.mounting_sigma_deg,
     )
 
 
