@@ -9,6 +9,7 @@ import pytest
 
 from e2e.going_chair import GoingChair
 from gazeboard.core import limits
+from gazechair.producers.pose_watch import STANDS_S
 from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.lockstep_page import Page
 from promises import END_TO_END, measured
@@ -21,6 +22,7 @@ PAGE_MS = 20  # from a page to the wheels, in an idle network
 PLAN_MS = 3000
 SUPERVISION_MS = 3000  # the setting
 POSE_LOST_MS = 500
+STANDS_MS = round(1000.0 * STANDS_S)
 
 
 def drawn() -> Drawn:
@@ -69,6 +71,11 @@ def ends(
     """Neutral in time, and the chair stays there until its tile is pressed anew."""
     ms = chair.until(chair.neutral, limit_ms + 100)
     measured(END_TO_END, promise, cause, ms, limit_ms)
+    is_over(chair, reason, goes_on)
+
+
+def is_over(chair: GoingChair, reason: str, goes_on: bool = True) -> None:
+    """Its cause ends, and the chair stays there until its tile is pressed anew."""
     chair.stays_still(20)  # the host hears of it before its cause is gone
     chair.alive, chair.stopped, chair.located, chair.looks = True, False, True, True
     chair.stays_still(400)
@@ -112,11 +119,39 @@ def test_its_process_fails_its_pose_is_lost_and_nobody_looks(chair: GoingChair) 
     assert chair.host.look(chair.page.client)["auto"] == ["", chair.tiles["Keuken"]]
     go(chair)
     chair.located = False
-    ends(chair, "P20", "the place is lost", POSE_LOST_MS, "going_pose_lost")
+    ms = chair.until(chair.neutral, POSE_LOST_MS + 100)
+    measured(END_TO_END, "P20", "the place is lost", ms, POSE_LOST_MS)
+    assert (chair.news["state"], chair.news["reason"]) == ("waits", "going_pose_doubted")
+    chair.stays_still(STANDS_MS + 100)
+    is_over(chair, "going_pose_lost")
     chair.until(lambda: chair.now_ms % 250 == 1, 250)
     chair.looks = False
     cause = f"nobody looks on a way to a place, {SUPERVISION_MS} ms set"
     ends(chair, "P18", cause, SUPERVISION_MS + 1, "supervision_lost", goes_on=False)
+
+
+@pytest.mark.parametrize("what", ["located", "measured"])
+def test_while_its_pose_is_late_it_stands_and_then_goes_on_by_itself(
+    chair: GoingChair, what: str
+) -> None:
+    """Without another press; its path is not searched for again."""
+    go(chair)
+    mission = chair._runner._producer._mission.result()  # type: ignore[attr-defined]
+    for late_ms in (300, 700, 2000):
+        chair.run(500)
+        setattr(chair, what, False)
+        chair.run(late_ms)
+        if late_ms > POSE_LOST_MS:
+            assert chair.neutral()
+            assert (chair.news["state"], chair.news["reason"]) == ("waits", "going_pose_doubted")
+        setattr(chair, what, True)
+        chair.until(lambda: not chair.neutral(), 700)
+    chair.until(lambda: chair.news["state"] == "arrived", 40_000)
+    chair.comes_to_rest()
+    far_m, far_deg = chair.off(*KITCHEN)
+    assert far_m < 0.15
+    assert far_deg < 5.0
+    assert mission.plans == 1
 
 
 def test_a_lidar_that_dies_is_the_reason_until_it_measures_again(chair: GoingChair) -> None:
