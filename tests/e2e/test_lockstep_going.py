@@ -154,6 +154,21 @@ def test_while_its_pose_is_late_it_stands_and_then_goes_on_by_itself(
     assert mission.plans == 1
 
 
+@pytest.mark.parametrize(("aside_m", "turned_deg"), [(0.3, 0.0), (0.0, 20.0)])
+def test_who_moves_it_while_its_pose_is_doubted_ends_it(
+    chair: GoingChair, aside_m: float, turned_deg: float
+) -> None:
+    go(chair)
+    chair.run(500)
+    chair.located = False
+    chair.run(1500)
+    one = chair.world.chair
+    one.place(one.x_m, one.y_m + aside_m, one.heading_deg + turned_deg)
+    chair.located = True
+    chair.stays_still(1000)
+    assert (chair.news["state"], chair.news["reason"]) == ("ended", "going_pose_lost")
+
+
 def test_a_lidar_that_dies_is_the_reason_until_it_measures_again(chair: GoingChair) -> None:
     go(chair)
     lidar = chair.world.lidars[1]
