@@ -165,8 +165,8 @@ class Odometry:
     def _compare(self, piece: Piece, sensor: Heading, seen: tuple[FloatArray, FloatArray]) -> None:
         """Compare lidars by walls; `seen`: the piece's points and normals."""
         if len(self._heard_s) > 1 and sensor.exact and not self._reports.steps:
-            pose = self._state[:3] + (0.0, 0.0, sensor.rad)
-            self._shared_walls.take(piece, *seen, pose)
+            turned = np.array((0.0, 0.0, sensor.rad))
+            self._shared_walls.take(piece, *seen, self._state[:3] + turned)
 
     def _heading_at(self, piece: Piece) -> Heading:
         """What the board's sensor says of the time of the piece; its own steps are taken out."""
@@ -252,9 +252,9 @@ class Odometry:
         if self._mounting.known:
             return
         assert self._time_s is not None
-        lidar = np.array((*piece.origin_m, 0.0))
+        lidar, turned = np.array((*piece.origin_m, 0.0)), np.array((0.0, 0.0, 1.0))
         steps = (self._state, self._heading_rad), (found.state, sensor.rad)
-        before, now = (compose(state[:3] + (0.0, 0.0, rad), lidar) for state, rad in steps)
+        before, now = (compose(state[:3] + rad * turned, lidar) for state, rad in steps)
         moved_m = now[:2] - before[:2]
         if not self._mounting.turned:
             self._drift.turn(moved_m, self._mounting.sigma_rad)
@@ -370,8 +370,8 @@ class Odometry:
 
     def _estimate(self, yaw: float, found: Fit, doubts: tuple[str, ...]) -> Estimate:
         assert self._time_s is not None
-        state, sigma = self._state, np.sqrt(np.diag(self._covariance))
-        x, y, angle = self._pose()
+        (x, y, angle), state = self._pose(), self._state
+        sigma = np.sqrt(np.diag(self._covariance))
         along = np.array((math.cos(angle), math.sin(angle)))
         across = np.array((-along[1], along[0]))
         place = self._drift.with_match(self._covariance[:2, :2])

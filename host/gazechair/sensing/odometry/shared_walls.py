@@ -269,4 +269,4 @@ def straight_wall(
     half, root = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
     if ends.max() - ends.min() < _LONG_M or half - root > _ROUGH_M**2:
         return None
-    return angle, middle
+    return half_turn_rad(angle), middle
