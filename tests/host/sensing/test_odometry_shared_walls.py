@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from corridorrig import BEGINS_S, Straight, corridor
+from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.doubts import TURNED
+from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import Piece
@@ -17,6 +19,7 @@ from gazechair.sensing.odometry.shared_walls import SharedWalls, straight_wall
 from gazesim.home_drive import FRONT, REAR, Drive
 from gazesim.home_plans import home
 from gazesim.home_routes import Pose
+from gazesim.homes import Home
 
 Array = np.ndarray
 AT_M = (0.5, -0.4)  # of the lidars, ahead of the axle
@@ -108,6 +111,41 @@ def test_a_straight_wall_is_found_among_other_things_and_a_short_one_is_none() -
     assert found is not None
     assert math.degrees(found[0]) == pytest.approx(-86.0, abs=0.4)
     assert straight_wall(wall[:20], normals[:20], (0.5, 0.0)) is None
+
+
+def half(step: int, lidar: int, turned_deg: float) -> Piece:
+    """The half turn that ends at `step`, of a chair that stands in a passage of 1.4 m."""
+    own = -(np.arange(400) + 0.5) * 0.45 - step % 2 * 180.0
+    angles = np.radians(own + turned_deg) % (2.0 * math.pi)
+    order, metres = np.argsort(angles), np.empty(400)
+    walls = ((-9.0, -0.7, 9.0, -0.7), (-9.0, 0.7, 9.0, 0.7), (9.0, -0.7, 9.0, 0.7))
+    here = np.full(400, AT_M[lidar]), np.zeros(400)
+    metres[order] = Home("passage", walls).cast_moving(*here, angles[order], 0.25)
+    noisy = metres + np.random.default_rng(2 * step + lidar).normal(0.0, 0.006, 400)
+    times = HALF_S * (step - 1 + (np.arange(400) + 0.5) / 400)
+    distances = np.where(metres < 18.0, noisy, 0.0)
+    directions = (own + 180.0) % 360.0 - 180.0
+    return Piece(directions, distances, times, (AT_M[lidar], 0.0), 800, lidar)
+
+
+def test_one_that_is_left_out_still_gets_estimates_but_no_look_shows_it() -> None:
+    odometry, looks = Odometry(), Looks()
+    told: list[Estimate] = []
+    for step in range(1, 60):
+        odometry.motion(Motion(HALF_S * step, 0.0, 0, 0))
+        for lidar, deg in ((1, 0.0), (0, 6.0)):
+            piece = half(step, lidar, deg)
+            looks.piece(piece)
+            if (found := odometry.piece(piece)) is not None:
+                told.append(found)
+                looks.estimate(found)
+    assert [one.left_out for one in told[-10:]] == [False, True] * 5
+    assert all(abs(one.x_m) + abs(one.y_m) < 0.02 for one in told)
+    assert {round(float(x), 3) for x in looks.seen().look.origins_m[:, 0]} == {AT_M[1]}
+    for step in range(60, 70):  # the only one that is left is used
+        found = odometry.piece(half(step, 0, 6.0))
+        assert found is not None
+    assert not found.left_out
 
 
 def along_a_corridor(turned_deg: float, which: int) -> tuple[int, float, set[int | None]]:

@@ -82,6 +82,8 @@ class Mounting:
         """Whether driving has shown that the lidars sit as configured."""
         self.lidar = 0
         """The one that most likely is turned, while `turned`."""
+        self.by_walls = False
+        """Whether walls have shown that it is that one."""
         self._time_s = -math.inf
         self._lately_deg = 0.0  # turned
         self._most_deg = 0.0  # largest difference in this episode
@@ -127,10 +129,10 @@ class Mounting:
             self._suspect(False)
         if usable and stand.compared.sure:
             self._suspect(straight)
-        if stand.compared.turned is not None:
-            self.lidar = stand.compared.turned
         if usable and self._lately_deg < _STRAIGHT_DEG_S * _TURNED_S and self._is_off(stand):
             self._suspect(straight)
+        if stand.compared.turned is not None:
+            self.lidar, self.by_walls = stand.compared.turned, True
         if usable and abs(stand.yaw_deg_s) > _CLEARS_DEG_S:
             self._to_turn_deg = max(0.0, self._to_turn_deg - abs(stand.yaw_deg_s) * dt_s)
         self._pieces.append(usable and stand.sees_aside)
@@ -162,6 +164,7 @@ class Mounting:
     def _suspect(self, straight: bool) -> None:
         if not self.turned:
             self.lidar = max(self._misfits, key=lambda lidar: self._misfits[lidar])
+            self.by_walls = False
         self.turned = True
         if not straight:
             self._to_turn_deg = _CLEARS_DEG

@@ -50,6 +50,7 @@ _MATCHED = 0.5
 # before it, with the heading as free; and the share of points that more must match with it.
 _STEP_S, _STEP_NEAR_S, _STEP_FREE_RAD, _STEP_MATCHED = 0.3, 0.01, math.radians(5.0), 0.1
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
+_FIRST_COVARIANCE = np.diag((1e-8, 1e-8, 1e-8, 0.01, 0.0025, _FULL_SIGMA_M_S**2, 1.0))
 _SILENT_S = 0.2  # of a lidar, or age of its scans
 _GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
 _STOOD_M_S = 0.03
@@ -74,7 +75,7 @@ class Odometry:
         self._surfaces = Surfaces()
         self._state: FloatArray = np.zeros(STATES)
         self._state[FULL] = _FULL_M_S
-        self._covariance = _first_covariance()
+        self._covariance = _FIRST_COVARIANCE.copy()
         self._drift = Drift()
         self._track = track
         self._doubts = Doubts()
@@ -82,6 +83,7 @@ class Odometry:
         self._mounting = Mounting()
         self._shared_walls = SharedWalls()
         self._left_out: int | None = None  # a lidar that is turned against another
+        self._newest: Estimate | None = None
         self._turned_piece = TurnedPiece()
         self._progress = Progress()
         self._heading_check = HeadingCheck()
@@ -109,8 +111,7 @@ class Odometry:
             at_s = self._time_s
             piece = replace(piece, as_of_s=at_s)
         if self._is_left_out(piece):
-            self._turn_back(piece)
-            return None
+            return self._turn_back(piece)
         sensor = self._heading_at(piece)
         is_back, steady = self._breaks.judge(at_s, sensor.known)
         judges = self._inexact.judge(at_s, sensor.exact)[1]
@@ -135,10 +136,10 @@ class Odometry:
         self._remember(piece, fitted)
         doubts = self._doubts.judge(self._seen(piece, sensor, fitted, judges))
         self._differs = DIFFERS in doubts
-        estimate = self._estimate(sensor.yaw_deg_s, found, doubts)
+        self._newest = self._estimate(sensor.yaw_deg_s, found, doubts)
         if LOST in doubts:
             self._begin_afresh()
-        return estimate
+        return self._newest
 
     def _is_left_out(self, piece: Piece) -> bool:
         """Whether another lidar is used instead: two that contradict each other mislead."""
@@ -149,11 +150,13 @@ class Odometry:
         others = [at_s for lidar, at_s in self._heard_s.items() if lidar != piece.lidar]
         return piece.lidar == self._left_out and piece.at_s - max(others) <= _SILENT_S
 
-    def _turn_back(self, piece: Piece) -> None:
+    def _turn_back(self, piece: Piece) -> Estimate | None:
         """Compare what a lidar sees that is left out with what the others have seen."""
-        if not self._shared_walls.is_due(piece.at_s):
-            return
         sensor, state = heading_at(piece, self._reports, self._heading_rad), self._state
+        turned_deg = math.degrees(sensor.rad - self._heading_rad)
+        moved = self._newest and self._newest.left_out_at(piece.at_s, turned_deg, sensor.yaw_deg_s)
+        if not self._shared_walls.is_due(piece.at_s):
+            return moved
         seen = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
         self._compare(piece, sensor, seen)
         back_deg = math.degrees(self._shared_walls.compared.by_rad)
@@ -161,6 +164,7 @@ class Odometry:
         found = self._match(piece, sensor, True, _STEP_FREE_RAD)[3]
         off_rad = float(found.state[OFFSET] + found.state[ERROR] - state[OFFSET])
         self._shared_walls.turned_back(off_rad, found.matched)
+        return moved
 
     def _compare(self, piece: Piece, sensor: Heading, seen: tuple[FloatArray, FloatArray]) -> None:
         """Compare lidars by walls; `seen`: the piece's points and normals."""
@@ -265,14 +269,12 @@ class Odometry:
 
     def _is_turned(self, piece: Piece, fitted: _Fitted, yaw: float, known: bool) -> bool:
         assert self._time_s is not None
-        found, (x, y, angle) = fitted.fit, self._pose()
-        across = np.array((-math.sin(angle), math.cos(angle)))
+        found, pose = fitted.fit, self._pose()
+        across = np.array((-math.sin(pose[2]), math.cos(pose[2])))
         stand = Stand(
             self._time_s,
             piece.lidar,
-            x,
-            y,
-            angle,
+            *pose,
             yaw,
             float(found.state[ERROR]),
             self._heading_check.lidars_deg,
@@ -328,7 +330,7 @@ class Odometry:
         self._surfaces.forget()
         self._drift = Drift()
         self._state[[FORWARD, SIDEWAYS]] = 0.0
-        self._covariance = _first_covariance()
+        self._covariance = _FIRST_COVARIANCE.copy()
 
     def _predict(
         self, at_s: float, heading: float, heading_known: bool
@@ -392,8 +394,5 @@ class Odometry:
             self._track,
             math.degrees(self._mounting.sigma_rad),
             self._mounting.lidar if self._mounting.turned else None,
+            self._mounting.by_walls,
         )
-
-
-def _first_covariance() -> FloatArray:
-    return np.diag((1e-8, 1e-8, 1e-8, 0.01, 0.0025, _FULL_SIGMA_M_S**2, 1.0))
