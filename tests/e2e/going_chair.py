@@ -63,7 +63,7 @@ class GoingChair(ProducerChair):
         if self.now_ms % WHERE_MS == 0 and self.located and self._at is not None:
             at = self._at
             place = at.x_m, at.y_m, at.heading_deg
-            where = Whereabouts(at.time_s, self.map, *place, 0.02, 0.3, 0.9, 1.0)
+            where = Whereabouts(at.time_s, self.map, *place, 0.02, 0.3, 0.9)
             self.service.where(where)
 
     def _half_turn(self, half: HalfTurn) -> None:

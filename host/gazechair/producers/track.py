@@ -17,9 +17,6 @@ from gazechair.sensing.odometry.estimate import Estimate
 
 _ESTIMATE_OLD_S = 0.25
 _SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # a less certain pose counts as unknown
-# Beyond that, as much as the lidars' directions may be off until half a metre straight on has
-# verified them, so far from the axle: whether one is turned shows on the first leg, and ends it.
-_LIDAR_M = 1.0
 _SAME_S = 1e-3
 DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.SILENT, doubts.CARRIED, doubts.LOST))
 """An estimate with any of these is not usable for driving."""
@@ -71,8 +68,9 @@ class MapTrack:
             return None
         if now_s - where.time_s > POSE_OLD_S or now_s - newest.time_s > _ESTIMATE_OLD_S:
             return None
-        most_deg = math.hypot(_SIGMA_DEG, where.mounting_sigma_deg)
-        most_m = math.hypot(_SIGMA_M, _LIDAR_M * math.radians(where.mounting_sigma_deg))
+        # Whether a lidar is turned shows on the first leg, and ends it: that is no reason to wait.
+        most_deg = math.hypot(_SIGMA_DEG, where.mounting_deg)
+        most_m = math.hypot(_SIGMA_M, where.mounting_m)
         if where.sigma_m > most_m or where.sigma_deg > most_deg:
             return None
         if DOUBTED.intersection(newest.doubts):

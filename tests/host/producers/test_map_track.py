@@ -19,7 +19,7 @@ def _estimate(time_s: float, x_m: float) -> Estimate:
 
 def test_of_two_lidars_in_step_the_second_estimate_belongs_to_the_pose() -> None:
     track = MapTrack()
-    where = Whereabouts(2.0, "home", 5.0, 1.0, 90.0, 0.02, 0.3, 1.0, 1.0)
+    where = Whereabouts(2.0, "home", 5.0, 1.0, 90.0, 0.02, 0.3, 1.0)
     track.take([_estimate(2.0, 3.0), _estimate(2.0, 3.02)], where)
     pose = track.pose("home", 2.1)
     assert pose is not None
@@ -45,6 +45,8 @@ def test_a_pose_may_be_less_sure_by_lidars_whose_directions_are_not_verified(
 ) -> None:
     """By as much as at the look: later estimates may know better, and the look's pose does not."""
     track = MapTrack()
-    where = Whereabouts(2.0, "home", 5.0, 1.0, 90.0, sigma_m, sigma_deg, 1.0, mounting_deg)
-    track.take([replace(_estimate(2.0, 3.0), mounting_sigma_deg=1.0)], where)
+    where = Whereabouts(2.0, "home", 5.0, 1.0, 90.0, sigma_m, sigma_deg, 1.0)
+    mounting_m = math.radians(mounting_deg)  # of a lidar 1 m from the axle
+    where = replace(where, mounting_m=mounting_m, mounting_deg=mounting_deg)
+    track.take([_estimate(2.0, 3.0)], where)
     assert (track.pose("home", 2.1) is not None) is known

@@ -78,7 +78,7 @@ def press(
 def here(at_s: float) -> Sensed:
     """What a chair that stands in the map "a" senses."""
     estimate = Estimate(at_s, 4.0, 2.0, 180.0, 0.0, 0.0, 0.0, 0.01, 0.01, 0.1, 0.01, 1.0, (), 1)
-    where = Whereabouts(at_s, "a", 4.0, 2.0, 180.0, 0.01, 0.1, 1.0, 1.0)
+    where = Whereabouts(at_s, "a", 4.0, 2.0, 180.0, 0.01, 0.1, 1.0)
     return Sensed(estimates=[estimate], where=where)
 
 

@@ -16,7 +16,7 @@ from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.odometry.estimate import Estimate
 
 # In odometry's frame at (1, 2) looking along its y; in the map at (10, 0) looking along its x.
-FIX = Fix(100.0, "home", 10.0, 0.0, 0.0, 0.02, 0.3, 0.9, 5.5, (1.0, 2.0, 450.0), 7)
+FIX = Fix(100.0, "home", 10.0, 0.0, 0.0, 0.02, 0.3, 0.9, (1.0, 2.0, 450.0), 7)
 HERE = Estimate(
     100.0, 1.0, 2.0, 450.0, 0.5, 0.0, 10.0, 0.1, 0.1, 1.0, 0.02, 0.9, (), 7
 )  # fmt: skip
@@ -31,7 +31,9 @@ def test_odometry_carries_the_place_on() -> None:
     assert there.time_s == 100.5
     assert there.sigma_m == pytest.approx(math.hypot(0.02, 0.02 * math.hypot(1.0, 0.5)))
     assert there.sigma_deg > FIX.sigma_deg
-    assert there.mounting_sigma_deg == 5.5  # as at the look, whatever odometry has learned since
+    turned = onward(replace(FIX, mounting_m=0.05, mounting_deg=5.5), HERE)
+    assert turned is not None
+    assert (turned.mounting_m, turned.mounting_deg) == (0.05, 5.5)
 
 
 @pytest.mark.parametrize(

@@ -189,9 +189,10 @@ class Worker:
             location.sigma_m,
             math.degrees(location.sigma_rad),
             location.evidence.explained,
-            at.mounting_sigma_deg,
             (at.x_m, at.y_m, at.heading_deg),
             at.track,
+            mounting_m=location.mounting_m,
+            mounting_deg=math.degrees(location.mounting_rad),
         )
 
     def _state(self) -> str:
