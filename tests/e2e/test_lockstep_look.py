@@ -111,10 +111,9 @@ def test_while_its_pose_is_late_it_stands_and_then_goes_on_by_itself(chair: OnFl
     chair.goes()
     chair.run(500)
     chair.measured = False
-    chair.run(1000)
-    assert chair.neutral()
-    assert (chair.news["state"], chair.news["reason"]) == ("waits", "going_pose_doubted")
+    chair.until(lambda: chair.news["reason"] == "going_pose_doubted", 500)
     chair.measured = True
+    chair.until(chair.neutral, 100)
     chair.until(lambda: not chair.neutral(), 700)
     chair.until(lambda: chair.news["state"] == "arrived", 30_000)
 

@@ -134,7 +134,8 @@ class LookProducer(SpotProducer):
         if mission is None or found is None:
             return self._over(NOT_NOW)
         known = newest is not None and newest.track == self._track_of and self._track.known(now_s)
-        state = self._watch.judge(known, self._track, now_s)
+        seen_s = newest.time_s if newest is not None and known else None
+        state = self._watch.judge(seen_s, self._track, now_s)
         if newest is None or newest.track != self._track_of or state == LOST:
             return self._over(POSE_LOST)
         if self._redrawn(now_s):

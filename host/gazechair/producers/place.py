@@ -108,7 +108,8 @@ class PlaceProducer(Producer):
             return Said(None, "ended", MAP_GONE)
         pose = self._track.pose(self._map, now_s)
         newest = self._track.newest
-        state = self._watch.judge(pose is not None, self._odometry, now_s)
+        seen_s = None if pose is None else self._track.seen_s
+        state = self._watch.judge(seen_s, self._odometry, now_s)
         if state == LOST or self._track.map not in ("", self._map):
             return Said(None, "ended", POSE_LOST)
         if state == KNOWN and pose is not None and newest is not None:

@@ -13,8 +13,10 @@ from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.sensing.odometry import doubts
 
 KNOWN, DOUBTED, LOST = "known", "doubted", "lost"
+ENDS_S = 0.45
+"""An older pose is lost: the motion must end within 0.5 s (promise P20), a step of 50 ms included."""
 STANDS_S = 3.0
-"""How long a pose may be doubted; then it is lost."""
+"""Longest doubt of a pose that is known for moments only, and longest wait for the first one."""
 AGAIN_S = 0.25
 """For how long a doubted pose must be known before the chair moves again."""
 _MOVED = frozenset((doubts.CARRIED, doubts.LOST, doubts.PUSHED))  # by others
@@ -30,19 +32,26 @@ class PoseWatch:
     def begin(self) -> None:
         """A new motion: doubts of the one before do not count."""
         self._track: int | None = None  # in which the pose was known
-        self._doubted_s = self._again_s = math.inf
+        self._seen_s = self._doubted_s = self._again_s = math.inf
 
-    def judge(self, known: bool, track: OdometryTrack, now_s: float) -> str:
-        """KNOWN, DOUBTED or LOST; `known`: whether the present pose is known well enough."""
+    def judge(self, seen_s: float | None, track: OdometryTrack, now_s: float) -> str:
+        """KNOWN, DOUBTED or LOST.
+
+        `seen_s`: when the chair was where its pose says; None: that is not known well enough.
+        """
         newest = track.newest
-        if known and newest is not None and math.isinf(self._doubted_s):
-            self._track = newest.track
-            self._moved_by_others.begin(now_s)
-            return KNOWN
+        if seen_s is not None:
+            self._seen_s = seen_s
+            if newest is not None and math.isinf(self._doubted_s):
+                self._track = newest.track
+                self._moved_by_others.begin(now_s)
+                return KNOWN
         self._doubted_s = min(self._doubted_s, now_s)
-        if now_s - self._doubted_s > STANDS_S or self._is_elsewhere(track, now_s):
+        if now_s - self._seen_s > ENDS_S or now_s - self._doubted_s > STANDS_S:
             return LOST
-        self._again_s = min(self._again_s, now_s) if known else math.inf
+        if self._is_elsewhere(track, now_s):
+            return LOST
+        self._again_s = math.inf if seen_s is None else min(self._again_s, now_s)
         if now_s - self._again_s >= AGAIN_S:
             self._doubted_s = self._again_s = math.inf
         return DOUBTED

@@ -57,6 +57,13 @@ class MapTrack:
         return self._estimates[-1] if self._estimates else None
 
     @property
+    def seen_s(self) -> float:
+        """When the chair was seen where `pose` says: the older of what that rests upon."""
+        if self._where is None or self.newest is None:
+            return -math.inf
+        return min(self._where.time_s, self.newest.time_s)
+
+    @property
     def map(self) -> str:
         """The map that the chair was last known to be in; "": none yet."""
         return "" if self._where is None else self._where.map

@@ -18,7 +18,7 @@ from gazechair.going.mission import DRIVING, WAITING
 from gazechair.going.plan import Planner
 from gazechair.producers import place
 from gazechair.producers.contract import Press, Sensed, Setup
-from gazechair.producers.pose_watch import AGAIN_S, STANDS_S
+from gazechair.producers.pose_watch import AGAIN_S, ENDS_S, STANDS_S
 from gazechair.producers.ride import POSE_DOUBTED
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
@@ -257,13 +257,12 @@ def test_a_late_pose_makes_it_stand_and_go_on_along_its_path(
     mission = producer._mission.result()
     assert mission is not None
     way, plans = mission.way, mission.plans
-    said = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, 30)]
+    said = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, round(ENDS_S / 0.05))]
     assert said[0].stick != (0, 0)
     stands = next(n for n, one in enumerate(said, 1) if one.reason == POSE_DOUBTED)
-    assert 0.05 * stands <= 0.35  # promise P20: at rest within half a second
     assert {(one.stick, one.state) for one in said[stands - 1 :]} == {((0, 0), "waits")}
     assert said[-1].shown["way"]
-    now_s += 1.5
+    now_s += ENDS_S
     again = [producer.step(here(now_s + 0.05 * n), now_s + 0.05 * n) for n in range(12)]
     moves = next(n for n, one in enumerate(again) if one.stick != (0, 0))
     assert 0.05 * moves >= AGAIN_S
@@ -276,9 +275,10 @@ def test_a_pose_that_stays_unknown_ends_it(producer: place.PlaceProducer, thinke
     now_s = drive(producer, thinker, 10.0, 20)
     said = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, 80)]
     ends = next(n for n, one in enumerate(said, 1) if one.stick is None)
-    assert 0.05 * ends == pytest.approx(STANDS_S + 0.25, abs=0.11)
+    assert 0.05 * ends <= 0.5  # promise P20
     assert (said[ends - 1].state, said[ends - 1].reason) == ("ended", place.POSE_LOST)
     assert all(one.stick == (0, 0) for one in said[6 : ends - 1])
+    assert producer.step(here(now_s + 4.0), now_s + 4.0).stick is None  # without a new press
 
 
 def test_a_chair_that_is_in_another_map_does_not_wait(
