@@ -17,8 +17,8 @@ from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import compose
 from gazechair.sensing.odometry.points import Piece
 
-# One turn of every lidar is looked at in each interval: it costs a fifteenth of a match.
-_LOOK_S, _EVERY_S = 0.11, 0.33
+# One turn of every lidar is looked at in each interval: it costs a twentieth of a match.
+_LOOK_S, _EVERY_S = 0.11, 0.5
 _NEAR_M = 4.0  # of the lidar
 _BINS, _NORMAL_RAD = 90, math.radians(14.0)  # of all directions; noise of a point's normal
 _OFFSET_M = 0.08
@@ -142,12 +142,10 @@ class _Pair:
             self.since, self.by_several, self.fits, self.is_bend = None, False, 0, False
         ahead = np.array((math.cos(pose[2]), math.sin(pose[2])))
         if not hardly and abs(first.normal @ ahead) < _BESIDE:
-            lines = first, second
-            meet_m = np.linalg.solve(
-                np.array([line.normal for line in lines]),
-                np.array([line.normal @ line.middle_m for line in lines]),
-            )
-            off_m = float((meet_m - pose[:2]) @ ahead) - self.meets_m
+            # Along the first line, to where the second one's distance is 0.
+            along = np.array((-first.normal[1], first.normal[0]))
+            to_m = -second.distance_m(first.middle_m) / float(along @ second.normal)
+            off_m = float((first.middle_m + to_m * along - pose[:2]) @ ahead) - self.meets_m
             self.meets_m += off_m * (1.0 if self.since is None else share)
             if self.since is None:
                 self.since = _Since(pose[:2], self.meets_m, first.normal, apart_rad)
@@ -162,6 +160,8 @@ class SharedWalls:
         self._look_s = -math.inf  # began
         self._walls: dict[int, list[_Wall]] = {}  # by lidar
         self._pairs: dict[tuple[int, int], _Pair] = {}
+        self.compared = NOT_COMPARED
+        """The result until now."""
 
     def forget(self) -> None:
         """Places before are unrelated to those that follow."""
@@ -169,9 +169,7 @@ class SharedWalls:
         for pair in self._pairs.values():
             pair.at_m = pair.since = None
 
-    @property
-    def compared(self) -> Compared:
-        """The result until now."""
+    def _result(self) -> Compared:
         pairs = [one for one in self._pairs.items() if one[1].is_compared]
         apart = [one for one in pairs if one[1].is_apart]
         if not apart:
@@ -199,11 +197,17 @@ class SharedWalls:
                 fits = abs(off_rad) < 0.5 * abs(pair.apart_rad)
                 pair.fits += fits
                 pair.is_bend = not fits and not pair.is_sure
+        self.compared = self._result()
 
     def take(self, piece: Piece, points: FloatArray, normals: FloatArray, pose: FloatArray) -> None:
         """Compare a piece; its points and normals are in the chair's frame, `pose` is that."""
-        if not self.is_due(piece.at_s):
-            return
+        if self.is_due(piece.at_s):
+            self._take(piece, points, normals, pose)
+            self.compared = self._result()
+
+    def _take(
+        self, piece: Piece, points: FloatArray, normals: FloatArray, pose: FloatArray
+    ) -> None:
         at_s, lidar, origin_m = piece.at_s, piece.lidar, piece.origin_m
         for lidars, pair in list(self._pairs.items()):
             if pair.at_m is None:
