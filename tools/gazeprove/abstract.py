@@ -6,9 +6,8 @@ deadline. A class is represented by its lowest value; "time passed" is its highe
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import pairwise, product
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +17,8 @@ from gazeboard.core.safety import Safety
 from gazeboard.core.tick import Tick
 from gazelink import codes
 from gazeprove.around import Around
+from gazeprove.either import Coin, Either
+from gazeprove.inputs import Choices
 
 STEP_MS = 2000  # of the settings explored
 TURN_LIMIT_MS = 6000
@@ -203,6 +204,19 @@ _SOME_REASON = codes.NOT_ARMED
 
 
 @dataclass
+class Loaded:
+    """What is the same in every tick from a state; `open` counters may pass, see Core.load()."""
+
+    attributes: dict[str, Any]
+    words: list[Any]
+    motion: tuple[Any, ...]
+    auto: tuple[Any, ...]
+    was: dict[str, Any]  # fields of safety
+    coins: tuple[Coin, ...]
+    open: tuple[int, ...]  # where in a state
+
+
+@dataclass
 class Core:
     """The real safety and motion objects, loaded with one state after another."""
 
@@ -210,40 +224,54 @@ class Core:
     motion: Motion
     around: Around
     relay_follows: bool  # the contact always does what the enable line says
+    choices: Choices
     tick: Tick = field(init=False)
+    state: State = ()  # from which it ticks
+    passable: tuple[tuple[int, str], ...] = ()  # counters, with their places in PASSING
+    auto_passable: tuple[str, ...] = ()
+    step_can_pass: bool = False
     _known: dict[tuple[Any, ...], State] = field(default_factory=dict)  # what was abstracted
-    _state: State | None = None  # what was loaded last, and how
-    _attributes: dict[str, Any] = field(default_factory=dict)
-    _prepared: Any = None
+    _loaded: dict[tuple[str, ...], Loaded] = field(default_factory=dict)  # from one state
+    _now: Loaded | None = None
 
     def __post_init__(self) -> None:
         self.tick = self.around.tick(self.safety, self.motion)
 
-    def load(self, state: State, passed: tuple[str, ...]) -> None:
-        """Become `state`, with time passed to the end of the class in the counters `passed`."""
-        if state is not self._state:
-            self._prepare(state)
-        words = self.safety._words
-        self.safety.__dict__.update(self._attributes)
-        words[:] = self._prepared
-        motion = self.motion
-        motion.stop()
-        motion.__dict__.update(zip(MOTION_FIELDS, state[len(FIELDS) :], strict=False))
-        auto = self.safety.auto
-        auto.__dict__.update(zip(AUTO_FIELDS, state[_AUTO_AT:], strict=True))
-        for name in passed:
-            if name in _AUTO:
-                auto.__dict__[name] = _AUTO[name][1][auto.__dict__[name]]
-            elif name == "_elapsed_ms":
-                motion._elapsed_ms = _ELAPSED[self.safety._verb][1][motion._elapsed_ms]
-            else:
-                words[_WORDS[name]] = HIGHEST[name][state[_AT[name]]]
+    def begin(self, state: State) -> None:
+        """All ticks from now on are from `state`."""
+        safety = self.safety
+        if type(safety._words) is not list:  # but machine words: none of them can be Either
+            safety._words = safety.ages.words = safety.auto._words = [*safety._words]
+        self.state = state
+        self.passable = tuple((at, name) for at, name in enumerate(PASSING) if can_pass(state, name))
+        self.auto_passable = auto_passable(state)
+        self.step_can_pass = step_can_pass(state)
+        self._loaded.clear()
 
-    def _prepare(self, state: State) -> None:
-        """What is the same in every tick from this state."""
-        self._state = state
-        self._attributes = {**dict(zip(_PLAIN, state, strict=False)), **FORGOTTEN}
-        words = self._prepared = self.safety._words[:]
+    def load(self, passing: tuple[str, ...], elapsed: bool) -> dict[str, Any]:
+        """Become the state, each counter of `passing` at either end of its class.
+
+        `elapsed`: a step has taken all the time of its class. Returns safety's fields.
+        """
+        now = self._loaded.get(passing)
+        if now is None:
+            now = self._loaded[passing] = self._prepared(passing)
+        self._now = now
+        for coin in now.coins:
+            coin.side = -1
+        safety, motion = self.safety, self.motion
+        safety.__dict__.update(now.attributes)
+        safety._words[:] = now.words
+        motion.stop()
+        motion._edge, motion._elapsed_ms, motion.state, motion._drives_straight = now.motion
+        safety.auto.left_ms, safety.auto.overruled_ms = now.auto
+        if elapsed:
+            motion._elapsed_ms = _ELAPSED[safety._verb][1][motion._elapsed_ms]
+        return now.was
+
+    def _prepared(self, passing: tuple[str, ...]) -> Loaded:
+        state = self.state
+        words = self.safety._words[:]
         for at in _COMPARED:
             words[at] = 0
         for at, value in zip(_WORDS_AT, state[len(_PLAIN) :], strict=False):
@@ -251,18 +279,70 @@ class Core:
         if get(state, "state") != codes.DISARMED:
             # Not known: if this tick does not set them back to 0, they may be anything.
             words[ages.IDLE] = words[ages.NEUTRAL] = 1
+        auto = dict(zip(AUTO_FIELDS, state[_AUTO_AT:], strict=True))
+        coins = [Coin(self.choices) for _ in passing]
+        places = []
+        for name, coin in zip(passing, coins, strict=True):
+            if name in _AUTO:
+                auto[name] = Either(coin, auto[name], _AUTO[name][1][auto[name]])
+                places.append(_AUTO_AT + AUTO_FIELDS.index(name))
+            else:
+                at = _WORDS[name]
+                words[at] = Either(coin, words[at], HIGHEST[name][state[_AT[name]]])
+                places.append(_AT[name])
+        plain = dict(zip(_PLAIN, state, strict=False))
+        was = {**plain, **{name: words[_WORDS[name]] for name in _WORDS_TOO}}
+        return Loaded(
+            {**plain, **FORGOTTEN},
+            words,
+            state[len(FIELDS) : _AUTO_AT],
+            tuple(auto.values()),
+            was,
+            tuple(coins),
+            tuple(places),
+        )
+
+    def together(self) -> int:
+        """How many ticks the last one was: one for each side of each coin that nobody tossed."""
+        assert self._now is not None
+        return 1 << sum(coin.side < 0 for coin in self._now.coins)
+
+    def toss(self) -> None:
+        """Choose what is not chosen yet."""
+        assert self._now is not None
+        for coin in self._now.coins:
+            coin.toss()
+
+    def seen(self) -> tuple[Any, ...]:
+        """What the objects are now: a number, or the two between which nobody has chosen."""
+        safety = self.safety
+        found = [
+            *_plain_values(safety),
+            *_word_values(safety._words),
+            *_motion_values(self.motion),
+            *_auto_values(safety.auto),
+        ]
+        if self._now is not None:
+            for at in self._now.open:
+                if type(found[at]) is Either:
+                    found[at] = found[at].seen()
+        return tuple(found)
 
     def read(self) -> State:
-        """The abstraction of what the objects are now."""
-        safety = self.safety.values()
-        motion = (*_motion_values(self.motion), *_auto_values(self.safety.auto))
-        found = self._known.get((safety, motion))
-        if found is None:
-            found = self._known[safety, motion] = self._abstracted(safety, motion)
-        return found
+        """The abstraction of what the objects are now, when all is chosen."""
+        (state,) = self.states(self.seen())
+        return state
 
-    def _abstracted(self, safety: tuple[Any, ...], motion: tuple[Any, ...]) -> State:
-        values = list(safety)
+    def states(self, seen: tuple[Any, ...]) -> list[State]:
+        """The abstractions of all that what was seen may be."""
+        numbers = (value if type(value) is tuple else (value,) for value in seen)
+        return [self._abstracted(*values) for values in product(*numbers)]
+
+    def _abstracted(self, *seen: Any) -> State:
+        found = self._known.get(seen)
+        if found is not None:
+            return found
+        values, motion = list(seen[: len(FIELDS)]), list(seen[len(FIELDS) :])
         for k, table in _TABLES:
             values[k] = table[values[k]]
         if self.relay_follows:
@@ -271,7 +351,8 @@ class Core:
             values[_OPEN] = min(1, values[_OPEN])
         if self.safety._relay_fitted and values[_AT["state"]] == codes.ARMED:
             values[_AT["_closed_ms"]] = min(1, values[_AT["_closed_ms"]])
-        return _renamed(values, list(motion))
+        found = self._known[seen] = _renamed(values, motion)
+        return found
 
 
 def _renamed(values: list[Any], motion: list[Any]) -> State:
@@ -314,26 +395,18 @@ def get(state: State, name: str) -> Any:
     return state[_AT[name]]
 
 
-@functools.lru_cache(maxsize=4)
-def passable(state: State) -> tuple[tuple[int, str], ...]:
-    """The counters that are not at the end of their class yet, with their places in PASSING."""
-    return tuple((at, name) for at, name in enumerate(PASSING) if can_pass(state, name))
-
-
 def can_pass(state: State, name: str) -> bool:
     """Whether a counter is not at the end of its class yet."""
     low = state[_AT[name]]
     return HIGHEST[name][low] not in (low, _TOP)
 
 
-@functools.lru_cache(maxsize=4)
 def auto_passable(state: State) -> tuple[str, ...]:
     """The numbers of an auto motion that are not at the end of their class yet."""
     values = zip(AUTO_FIELDS, state[_AUTO_AT:], strict=True)
     return tuple(name for name, low in values if _AUTO[name][1][low] not in (low, _TOP))
 
 
-@functools.lru_cache(maxsize=4)
 def step_can_pass(state: State) -> bool:
     """The same of the time a step has taken."""
     table = _ELAPSED.get(state[_AT["_verb"]])

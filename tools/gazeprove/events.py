@@ -15,19 +15,15 @@ from gazeprove.inputs import AnyTurn, Choices, LazyInputs, Scope
 
 
 def tick(
-    core: Core,
-    state: State,
-    scope: Scope,
-    inputs: LazyInputs,
-    choices: Choices,
-    was: dict[str, Any],
-) -> Facts:
-    """One tick of the real objects from `state`, all events chosen.
+    core: Core, scope: Scope, inputs: LazyInputs, choices: Choices
+) -> tuple[Facts, dict[str, Any]]:
+    """One tick of the real objects from the state that they began with, all events chosen.
 
-    `was` is filled with safety's fields before the tick, after the time that was chosen to pass.
+    Returns what happened, and safety's fields before the tick, time passed included.
     """
     causes = scope.causes
     pick = choices.pick
+    state = core.state
     enable, before = abstract.get(state, "enable"), abstract.get(state, "state")
 
     def strikes(cause: str) -> bool:
@@ -71,12 +67,9 @@ def tick(
         settled,
         not watched,
     )
-    passed = [name for at, name in abstract.passable(state) if passing[at] and pick(2)]
-    if abstract.step_can_pass(state) and pick(2):
-        passed.append("_elapsed_ms")
-    passed += [name for name in abstract.auto_passable(state) if pick(2)]
-    core.load(state, tuple(passed))
-    was.update(core.safety.fields())
+    open_ended = [name for at, name in core.passable if passing[at]]
+    elapsed = core.step_can_pass and pick(2) == 1
+    was = core.load((*open_ended, *core.auto_passable), elapsed)
     running, spent = core.safety.edge, core.safety.spent_edge
     old = {OLD: OLD} if scope.all_commands else {}
     read = inputs.__dict__
@@ -112,7 +105,7 @@ def tick(
     )
     facts.well &= not (facts.message or facts.disobeys or facts.often) and facts.verified
     facts.well &= facts.contact == (enable and scope.relay_fitted) and _all_well(read)
-    return facts
+    return facts, was
 
 
 def run(core: Core, inputs: Any, facts: Facts, strikes: Callable[[str], bool]) -> None:
@@ -181,5 +174,6 @@ def first_state(scope: Scope) -> tuple[Core, LazyInputs, Choices, State]:
         Motion(settings, AnyTurn(choices)),
         Around(),
         "relay" not in scope.causes and scope.relay_fitted,
+        choices,
     )
     return core, LazyInputs(), choices, core.read()
