@@ -205,7 +205,7 @@ _SOME_REASON = codes.NOT_ARMED
 
 @dataclass
 class Loaded:
-    """What is the same in every tick from a state; `open` counters may pass, see Core.load()."""
+    """What is the same in every tick from a state; some counters may pass, see Core.load()."""
 
     attributes: dict[str, Any]
     words: list[Any]
@@ -213,7 +213,7 @@ class Loaded:
     auto: tuple[Any, ...]
     was: dict[str, Any]  # fields of safety
     coins: tuple[Coin, ...]
-    open: tuple[int, ...]  # where in a state
+    places: tuple[int, ...]  # of the counters in a state
 
 
 @dataclass
@@ -232,7 +232,8 @@ class Core:
     step_can_pass: bool = False
     _known: dict[tuple[Any, ...], State] = field(default_factory=dict)  # what was abstracted
     _loaded: dict[tuple[str, ...], Loaded] = field(default_factory=dict)  # from one state
-    _now: Loaded | None = None
+    _coins: list[Coin] = field(default_factory=list)  # of this tick
+    _places: list[int] = field(default_factory=list)  # of the counters that they decide in a state
 
     def __post_init__(self) -> None:
         self.tick = self.around.tick(self.safety, self.motion)
@@ -256,7 +257,8 @@ class Core:
         now = self._loaded.get(passing)
         if now is None:
             now = self._loaded[passing] = self._prepared(passing)
-        self._now = now
+        self._coins = [*now.coins]
+        self._places = [*now.places]
         for coin in now.coins:
             coin.side = -1
         safety, motion = self.safety, self.motion
@@ -302,15 +304,26 @@ class Core:
             tuple(places),
         )
 
+    def may_be(self, name: str, number: int) -> None:
+        """If a counter is not 0, it may as well be this."""
+        safety = self.safety
+        now = getattr(safety, name)
+        if type(now) is Either:
+            if now and self.choices.pick(2):
+                setattr(safety, name, number)
+        elif now:
+            coin = Coin(self.choices)
+            self._coins.append(coin)
+            self._places.append(_AT[name])
+            setattr(safety, name, Either(coin, now, number))
+
     def together(self) -> int:
         """How many ticks the last one was: one for each side of each coin that nobody tossed."""
-        assert self._now is not None
-        return 1 << sum(coin.side < 0 for coin in self._now.coins)
+        return 1 << sum([coin.side < 0 for coin in self._coins])
 
     def toss(self) -> None:
         """Choose what is not chosen yet."""
-        assert self._now is not None
-        for coin in self._now.coins:
+        for coin in self._coins:
             coin.toss()
 
     def seen(self) -> tuple[Any, ...]:
@@ -322,10 +335,9 @@ class Core:
             *_motion_values(self.motion),
             *_auto_values(safety.auto),
         ]
-        if self._now is not None:
-            for at in self._now.open:
-                if type(found[at]) is Either:
-                    found[at] = found[at].seen()
+        for at in self._places:
+            if type(found[at]) is Either:
+                found[at] = found[at].seen()
         return tuple(found)
 
     def read(self) -> State:

@@ -14,6 +14,13 @@ from gazeprove.around import Around, Facts, Raised
 from gazeprove.inputs import AnyTurn, Choices, LazyInputs, Scope
 
 
+def begin(core: Core, state: State, scope: Scope, inputs: LazyInputs) -> None:
+    """All ticks from now on are from `state`."""
+    core.begin(state)
+    presses = (0, abstract.get(state, "edge"), abstract.get(state, "spent_edge"), FRESH)
+    inputs.presses = tuple(dict.fromkeys((*presses, OLD) if scope.all_commands else presses))
+
+
 def tick(
     core: Core, scope: Scope, inputs: LazyInputs, choices: Choices
 ) -> tuple[Facts, dict[str, Any]]:
@@ -70,36 +77,27 @@ def tick(
     open_ended = [name for at, name in core.passable if passing[at]]
     elapsed = core.step_can_pass and pick(2) == 1
     was = core.load((*open_ended, *core.auto_passable), elapsed)
-    running, spent = core.safety.edge, core.safety.spent_edge
-    old = {OLD: OLD} if scope.all_commands else {}
-    read = inputs.__dict__
-    known = read.get("_known", {})
-    read.clear()
-    read.update(
-        _scope=scope,
-        _known=known,
-        _choices=choices,
-        _presses=tuple({0: 0, running: running, spent: spent, FRESH: FRESH, **old}),
-        host_count=0 if mute else 1,
-        service_count=0 if stalled else 1,
-        clearance_count=0 if blind else 1,
-        heading_count=0 if lost else 1,
-        command_count=1 if commanded else 0,
-        session_count=core.safety._session_count + (1 if facts.new_session else 0),
-        stop_count=1 if facts.stopped else 0,
-        emergency_count=1 if facts.message else 0,
-        disarm_count=1 if disarm else 0,
-        arm_count=arms,
-        reset_count=1 if reset else 0,
-        press_count=facts.presses,
-        supervision_count=1 if watched else 0,
-    )
+    i = inputs
+    i.read = read = {}
+    i.host_count = 0 if mute else 1
+    i.service_count = 0 if stalled else 1
+    i.clearance_count = 0 if blind else 1
+    i.heading_count = 0 if lost else 1
+    i.command_count = 1 if commanded else 0
+    i.session_count = core.safety._session_count + (1 if facts.new_session else 0)
+    i.stop_count = 1 if facts.stopped else 0
+    i.emergency_count = 1 if facts.message else 0
+    i.disarm_count = 1 if disarm else 0
+    i.arm_count = arms
+    i.reset_count = 1 if reset else 0
+    i.press_count = facts.presses
+    i.supervision_count = 1 if watched else 0
     raised = pick(3) if "exception" in causes else 0
     facts.raised = raised > 0
     facts.stepped = raised < 2
     run(core, inputs, facts, strikes)
     if before != codes.DISARMED and core.safety.state == codes.DISARMED:
-        _reveal(core.safety, before, choices)
+        _reveal(core, before, choices)
     facts.well = not (
         mute or stalled or blind or lost or facts.raised or facts.late or facts.emergency_open
     )
@@ -133,26 +131,28 @@ def _orders(scope: Scope, pick: Callable[[int], int]) -> tuple[bool, int, bool]:
     return one == 1, int(one == 2), one == 3
 
 
-def _reveal(safety: abstract.Named, before: int, choices: Choices) -> None:
+def _reveal(core: Core, before: int, choices: Choices) -> None:
     """Counters that do not matter until disarmed may have come any way by then."""
-    if safety._idle_ms and choices.pick(2):
-        safety._idle_ms = limits.IDLE_MS
-    if safety._neutral_ms and choices.pick(2):
-        safety._neutral_ms = limits.NEUTRAL_PROVEN_MS
+    safety = core.safety
+    core.may_be("_idle_ms", limits.IDLE_MS)
+    core.may_be("_neutral_ms", limits.NEUTRAL_PROVEN_MS)
     if safety._closed_ms and before == codes.ARMED and safety._relay_fitted:
-        classes = (1, limits.RELAY_RELEASE_MS, limits.RELAY_HOLD_MS, limits.RELAY_STUCK_MS)
-        safety._closed_ms = classes[choices.pick(4)]
+        few_ms, many_ms = (1, limits.RELAY_HOLD_MS), (limits.RELAY_RELEASE_MS, limits.RELAY_STUCK_MS)
+        few = choices.pick(2)
+        safety._closed_ms = few_ms[few]
+        core.may_be("_closed_ms", many_ms[few])
 
 
 def _all_well(read: dict[str, Any]) -> bool:
-    seen = (read.get("clearance_blocked"), read.get("clearance_unseen"))
+    for name in ("clearance_blocked", "clearance_unseen"):
+        if name in read and any(read[name].known.values()):
+            return False
     return (
         not read.get("tilted", False)
         and not read.get("service_faults", 0)
         and read.get("calibrated", True)
         and not read.get("heading_faults", 0)
         and read.get("clearance_source", codes.REAL) == codes.REAL
-        and not any(bits is not None and any(bits.known.values()) for bits in seen)
     )
 
 
@@ -176,4 +176,4 @@ def first_state(scope: Scope) -> tuple[Core, LazyInputs, Choices, State]:
         "relay" not in scope.causes and scope.relay_fitted,
         choices,
     )
-    return core, LazyInputs(), choices, core.read()
+    return core, LazyInputs(scope, choices), choices, core.read()

@@ -11,7 +11,7 @@ from typing import Any
 from gazelink import codes
 from gazeprove import abstract
 from gazeprove.abstract import FIELDS, State
-from gazeprove.events import first_state, tick
+from gazeprove.events import begin, first_state, tick
 from gazeprove.inputs import Scope
 from gazeprove.invariants import INVARIANTS
 from gazeprove.seen import After
@@ -46,12 +46,12 @@ def explore(scope: Scope, note: Callable[[str], None] = lambda text: None) -> Ex
     safety = core.safety
     number = 0
     while number < len(order) and len(found.broken) < 10:
-        core.begin(order[number])
+        begin(core, order[number], scope, inputs)
         reached: set[int] = set()
         well: set[int] = set()
         while True:
             facts, was = tick(core, scope, inputs, choices)
-            after = After.of(was, core, inputs.__dict__, facts, scope)
+            after = After.of(was, core, inputs.read, facts, scope)
             for invariant in INVARIANTS:
                 if not invariant(after):
                     found.broken.append(_story(invariant.__name__, after))
@@ -114,7 +114,7 @@ def describe(state: State) -> str:
 
 def _story(invariant: str, a: After) -> str:
     a.core.toss()
-    inputs = {n: v for n, v in a.read.items() if not n.startswith("_")}
+    inputs = dict(a.read)
     if "clearance_blocked" in inputs:
         inputs["clearance_blocked"] = inputs["clearance_blocked"].known
     return (
