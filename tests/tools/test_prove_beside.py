@@ -26,7 +26,7 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> dict[str, dict[str, Any]]:
     monkeypatch.setattr(
         record, "write", lambda part, figures, short, files: written.update({part: figures})
     )
-    monkeypatch.setattr(beside.os, "nice", lambda by: 0)
+    monkeypatch.setattr("os.nice", lambda by: 0)
     return written
 
 

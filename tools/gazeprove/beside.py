@@ -35,9 +35,10 @@ def prove(parts: Sequence[str], quick: bool) -> tuple[Results, list[str]]:
         return _in_turn(parts, quick)
     with tempfile.TemporaryDirectory() as folder:
         answer = Path(folder) / "answer"
-        words = [sys.executable, "-m", __name__, answer]
+        words: list[str | Path] = [sys.executable, "-m", __name__, answer]
+        words += [part for part in parts if part in BESIDE]
         with subprocess.Popen(
-            [*words, *(part for part in parts if part in BESIDE)],
+            words,
             env=source_environment(),
             preexec_fn=dies_with_me(signal.SIGTERM),
         ) as there:

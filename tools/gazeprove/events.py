@@ -9,8 +9,9 @@ from gazeboard.core import limits
 from gazeboard.core.tick import PERIOD_US
 from gazelink import codes
 from gazeprove import abstract
-from gazeprove.abstract import FRESH, OLD, Core, State
+from gazeprove.abstract import FRESH, OLD, State
 from gazeprove.around import Around, Facts, Raised
+from gazeprove.core import Core
 from gazeprove.inputs import AnyTurn, Choices, LazyInputs, Scope
 
 
@@ -78,7 +79,8 @@ def tick(
     elapsed = core.step_can_pass and pick(2) == 1
     was = core.load((*open_ended, *core.auto_passable), elapsed)
     i = inputs
-    i.read = read = {}
+    read: dict[str, Any] = {}
+    i.read = read
     i.host_count = 0 if mute else 1
     i.service_count = 0 if stalled else 1
     i.clearance_count = 0 if blind else 1
@@ -97,7 +99,7 @@ def tick(
     facts.stepped = raised < 2
     run(core, inputs, facts, strikes)
     if before != codes.DISARMED and core.safety.state == codes.DISARMED:
-        _reveal(core, before, choices)
+        _reveal(core, before)
     facts.well = not (
         mute or stalled or blind or lost or facts.raised or facts.late or facts.emergency_open
     )
@@ -131,16 +133,15 @@ def _orders(scope: Scope, pick: Callable[[int], int]) -> tuple[bool, int, bool]:
     return one == 1, int(one == 2), one == 3
 
 
-def _reveal(core: Core, before: int, choices: Choices) -> None:
+def _reveal(core: Core, before: int) -> None:
     """Counters that do not matter until disarmed may have come any way by then."""
     safety = core.safety
     core.may_be("_idle_ms", limits.IDLE_MS)
     core.may_be("_neutral_ms", limits.NEUTRAL_PROVEN_MS)
     if safety._closed_ms and before == codes.ARMED and safety._relay_fitted:
-        few_ms, many_ms = (1, limits.RELAY_HOLD_MS), (limits.RELAY_RELEASE_MS, limits.RELAY_STUCK_MS)
-        few = choices.pick(2)
-        safety._closed_ms = few_ms[few]
-        core.may_be("_closed_ms", many_ms[few])
+        safety._closed_ms = (1, limits.RELAY_HOLD_MS)[core.choices.pick(2)]
+        more_ms = limits.RELAY_RELEASE_MS if safety._closed_ms == 1 else limits.RELAY_STUCK_MS
+        core.may_be("_closed_ms", more_ms)
 
 
 def _all_well(read: dict[str, Any]) -> bool:

@@ -110,6 +110,20 @@ class Blocked:
 class LazyInputs:
     """An Inputs whose fields but the counters are chosen when they are read, and then in `read`."""
 
+    host_count: int
+    service_count: int
+    clearance_count: int
+    heading_count: int
+    command_count: int
+    session_count: int
+    stop_count: int
+    emergency_count: int
+    disarm_count: int
+    arm_count: int
+    reset_count: int
+    press_count: int
+    supervision_count: int
+
     def __init__(self, scope: Scope, choices: Choices) -> None:
         self._scope = scope
         self._choices = choices
