@@ -32,7 +32,7 @@ export function sentence(news, linked, practice) {
     return { level: passes ? "wait" : grade, key, kind, words: key };
   };
   const off = state === "disarmed";
-  const whole = { ...say(level, message, "none"), turned: news.turned, about: news.about };
+  const whole = { ...say(level, message, "none"), turned: news.turned };
   if (practice) return { ...whole, kind: off ? "ready" : "none", words: "ready" };
   const ready = { ...whole, kind: "ready", words: "ready" };
   const taken = !off && !you && owner !== "nobody";

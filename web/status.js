@@ -12,13 +12,11 @@ export class StatusCorner {
   }
 
   /** `level`: "ok", "wait", "warning" or "error"; `key`: its string key, or `said`: {text, do};
-   *  `turned`: [degrees, of degrees] of the last step, while the profile is not tuned; `about`:
-   *  the name of what the message is about. */
-  update({ level, key, turned, about, said = this.#strings.message(key) }) {
+   *  `turned`: [degrees, of degrees] of the last step, while the profile is not tuned. */
+  update({ level, key, turned, said = this.#strings.message(key) }) {
     if (key === "untuned") {
       said = { ...said, do: turned ? said.do.replace(/{(.)}/g, (_, at) => turned[at]) : "" };
     }
-    if (about) said = { ...said, text: `${said.text} (${about})` };
     const shown = `${level} ${said.text} ${said.do}`;
     if (shown === this.#shown) return;
     this.#shown = shown;

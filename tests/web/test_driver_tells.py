@@ -341,15 +341,6 @@ def test_nothing_in_the_page_is_touched_when_nothing_changed(driver):
     assert driver.page.evaluate("touched.length") == 0
 
 
-def test_the_corner_names_what_the_message_is_about(driver):
-    driver.state(level="warning", message="lidar_turned", about="rear")
-    driver.run_for(25)
-    assert "(rear)" in driver.text("#status")
-    driver.state(about="")
-    driver.run_for(25)
-    assert "(" not in driver.text("#status")
-
-
 def test_until_the_chair_is_tuned_the_corner_says_so_calmly(driver):
     driver.state(message="untuned", tuned=False, turned=None)
     driver.run_for(25)
