@@ -14,7 +14,7 @@ from gazechair.sensing.odometry import doubts
 
 KNOWN, DOUBTED, LOST = "known", "doubted", "lost"
 ENDS_S = 0.45
-"""An older pose is lost: the motion must end within 0.5 s (promise P20), a step of 50 ms included."""
+"""An older pose is lost: the motion ends within 0.5 s (promise P20), a step included."""
 STANDS_S = 3.0
 """Longest doubt of a pose that is known for moments only, and longest wait for the first one."""
 AGAIN_S = 0.25
