@@ -174,8 +174,15 @@ function tell(now) {
   if (state === null && socket.alive) return;
   const about = sentence(state && { ...state, you: true }, socket.alive, false);
   const told = plugins.sentence(about, state?.token);
-  corner.update(told);
+  corner.update(named(told));
   banner.steady(told.kind, told.words, now);
+}
+
+/** With the name of what the host's message is about, such as a lidar. */
+function named(told) {
+  if (told.said || !state?.about || told.key !== state.message) return told;
+  const said = strings.message(told.key);
+  return { ...told, said: { ...said, text: `${said.text} (${state.about})` } };
 }
 
 function endAll() {

@@ -36,10 +36,10 @@ def bare_floor(size_m: float, drawn: Drawn) -> HomeMap:
 
 
 class GoingChair(ProducerChair):
-    """`located`: its pose is told."""
+    """`located`: its pose in the map is told; `measured`: odometry's, which that needs."""
 
     def __init__(self, folder: Path, drawn: Drawn, room: str | Room = "open") -> None:
-        self.located = True
+        self.located = self.measured = True
         self._truth: deque[tuple[float, float, float, float, float, float]] = deque(maxlen=300)
         self._at: Estimate | None = None
         super().__init__(folder, bare_floor(12.0, drawn), room)
@@ -68,7 +68,7 @@ class GoingChair(ProducerChair):
 
     def _half_turn(self, half: HalfTurn) -> None:
         piece = self._lidars.piece(half)
-        if piece is None:
+        if piece is None or not self.measured:
             return
         at_s = piece.middle_s
         _, x, y, heading, speed, rate = min(self._truth, key=lambda row: abs(row[0] - at_s))

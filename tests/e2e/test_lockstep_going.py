@@ -66,10 +66,11 @@ def test_it_arrives_by_the_truth_and_everybody_is_told(chair: GoingChair) -> Non
 def ends(
     chair: GoingChair, promise: str, cause: str, limit_ms: int, reason: str, goes_on: bool = True
 ) -> None:
-    """Neutral in time, and the chair stays there until its tile is pressed anew."""
+    """Neutral and over in time, and the chair stays there until its tile is pressed anew."""
     ms = chair.until(chair.neutral, limit_ms + 100)
     measured(END_TO_END, promise, cause, ms, limit_ms)
-    chair.stays_still(20)  # the host hears of it before its cause is gone
+    # The host hears of it before its cause is gone; a pose is lost after half a second.
+    chair.stays_still(20 if chair.located else max(20, POSE_LOST_MS - ms))
     chair.alive, chair.stopped, chair.located, chair.looks = True, False, True, True
     chair.stays_still(400)
     assert chair.news["reason"] == reason
@@ -117,6 +118,29 @@ def test_its_process_fails_its_pose_is_lost_and_nobody_looks(chair: GoingChair) 
     chair.looks = False
     cause = f"nobody looks on a way to a place, {SUPERVISION_MS} ms set"
     ends(chair, "P18", cause, SUPERVISION_MS + 1, "supervision_lost", goes_on=False)
+
+
+@pytest.mark.parametrize("what", ["located", "measured"])
+def test_while_its_pose_is_late_it_stands_and_then_goes_on_by_itself(
+    chair: GoingChair, what: str
+) -> None:
+    """Without another press, as it is not lost yet; its path is not searched for again."""
+    go(chair)
+    mission = chair._runner._producer._mission.result()  # type: ignore[attr-defined]
+    for _ in range(3):
+        chair.run(800)
+        setattr(chair, what, False)
+        chair.until(lambda: chair.news["reason"] == "going_pose_doubted", POSE_LOST_MS)
+        setattr(chair, what, True)
+        chair.until(chair.neutral, 100)
+        assert chair.news["state"] == "waits"
+        chair.until(lambda: not chair.neutral(), 700)
+    chair.until(lambda: chair.news["state"] == "arrived", 40_000)
+    chair.comes_to_rest()
+    far_m, far_deg = chair.off(*KITCHEN)
+    assert far_m < 0.15
+    assert far_deg < 5.0
+    assert mission.plans == 1
 
 
 def test_a_lidar_that_dies_is_the_reason_until_it_measures_again(chair: GoingChair) -> None:

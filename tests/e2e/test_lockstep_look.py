@@ -107,6 +107,17 @@ def test_what_ends_it_ends_it_in_time_and_going_on_needs_a_press(chair: OnFloor)
     chair.stays_still(500)
 
 
+def test_while_its_pose_is_late_it_stands_and_then_goes_on_by_itself(chair: OnFloor) -> None:
+    chair.goes()
+    chair.run(500)
+    chair.measured = False
+    chair.until(lambda: chair.news["reason"] == "going_pose_doubted", 500)
+    chair.measured = True
+    chair.until(chair.neutral, 100)
+    chair.until(lambda: not chair.neutral(), 700)
+    chair.until(lambda: chair.news["state"] == "arrived", 30_000)
+
+
 def test_another_look_on_the_way_ends_it_and_drives_nowhere(chair: OnFloor) -> None:
     chair.goes()
     mode = chair.spot["mode"]

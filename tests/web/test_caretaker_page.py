@@ -349,3 +349,13 @@ def test_without_the_words_about_plug_ins_the_page_works_and_says_so(page, host)
     person.wait_until(
         lambda: person.advance(500) or "is gestopt" in person.text("#status"), "the words"
     )
+
+
+def test_the_corner_names_the_lidar_that_may_sit_askew(caretaker):
+    caretaker.state(level="warning", message="lidar_turned", about="rear")
+    caretaker.run_for(25)
+    assert "(rear)" in caretaker.text("#status")
+    caretaker.state(about="")
+    caretaker.run_for(25)
+    assert "scheef" in caretaker.text("#status")
+    assert "(" not in caretaker.text("#status")

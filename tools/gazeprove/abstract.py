@@ -6,18 +6,13 @@ deadline. A class is represented by its lowest value; "time passed" is its highe
 
 from __future__ import annotations
 
-import functools
-from dataclasses import dataclass, field
 from itertools import pairwise
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
 from gazeboard.core import ages, limits
-from gazeboard.core.motion import Motion
 from gazeboard.core.safety import Safety
-from gazeboard.core.tick import Tick
 from gazelink import codes
-from gazeprove.around import Around
 
 STEP_MS = 2000  # of the settings explored
 TURN_LIMIT_MS = 6000
@@ -26,7 +21,7 @@ SUPERVISION_MS = 3000
 _TOP = limits.AGE_MAX_MS
 
 # Where each counter lies among the words of Ages.
-_WORDS = {
+WORDS = {
     "_host_age_ms": ages.HOST,
     "_service_age_ms": ages.SERVICE,
     "_clearance_age_ms": ages.CLEARANCE,
@@ -87,7 +82,7 @@ def _word(at: int) -> property:
     )
 
 
-for _name, _at in _WORDS.items():
+for _name, _at in WORDS.items():
     setattr(Named, _name, _word(_at))
 
 # First value of each class after the one at 0. A deadline is judged MARGIN_MS early.
@@ -109,7 +104,7 @@ _BOUNDS: dict[str, tuple[int, ...]] = {
 }
 # Counters of which every value matters.
 _EXACT = ("_wiper_bad",)
-_PLAIN = (
+PLAIN = (
     "state",
     "faults",
     "first_fault",
@@ -142,10 +137,10 @@ PASSING = (
     "_neutral_ms",
     "_supervised_ms",
 )
-_WORDS_TOO = (*COUNTERS, "_session_count", "_contact")
-FIELDS = (*_PLAIN, *_WORDS_TOO)
-_WORDS_AT = tuple(_WORDS[name] for name in _WORDS_TOO)
-_COMPARED = tuple(at for name, at in _WORDS.items() if name.endswith("_count"))
+WORDS_TOO = (*COUNTERS, "_session_count", "_contact")
+FIELDS = (*PLAIN, *WORDS_TOO)
+WORDS_AT = tuple(WORDS[name] for name in WORDS_TOO)
+COMPARED = tuple(at for name, at in WORDS.items() if name.endswith("_count"))
 MOTION_FIELDS = ("_edge", "_elapsed_ms", "state", "_drives_straight")
 AUTO_FIELDS = ("left_ms", "overruled_ms")
 # What the core overwrites in every tick before it reads it; with the counters of the inputs, which
@@ -158,12 +153,12 @@ FORGOTTEN: dict[str, Any] = {
 }
 
 State = tuple[Any, ...]
-_AT = {name: k for k, name in enumerate(FIELDS)}
-_AUTO_AT = len(FIELDS) + len(MOTION_FIELDS)
-_plain_values = attrgetter(*_PLAIN)
-_word_values = itemgetter(*_WORDS_AT)
-_motion_values = attrgetter(*MOTION_FIELDS)
-_auto_values = attrgetter(*AUTO_FIELDS)
+AT = {name: k for k, name in enumerate(FIELDS)}
+AUTO_AT = len(FIELDS) + len(MOTION_FIELDS)
+_plain_values = attrgetter(*PLAIN)
+_word_values = itemgetter(*WORDS_AT)
+motion_values = attrgetter(*MOTION_FIELDS)
+auto_values = attrgetter(*AUTO_FIELDS)
 
 
 def _classes(bounds: tuple[int, ...], top: int) -> tuple[list[int], dict[int, int]]:
@@ -182,19 +177,19 @@ _LOWEST = {}
 HIGHEST = {}
 for _name, _limits in _BOUNDS.items():
     _LOWEST[_name], HIGHEST[_name] = _classes(_limits, _TOPS.get(_name, _TOP))
-_ELAPSED = {
+ELAPSED = {
     codes.FORWARD: _classes((STEP_MS, STEP_MS + 1), _TOP),
     codes.LEFT: _classes((TURN_LIMIT_MS, TURN_LIMIT_MS + 1), _TOP),
 }
-_ELAPSED[codes.BACKWARD] = _ELAPSED[codes.FORWARD]
-_ELAPSED[codes.RIGHT] = _ELAPSED[codes.LEFT]
+ELAPSED[codes.BACKWARD] = ELAPSED[codes.FORWARD]
+ELAPSED[codes.RIGHT] = ELAPSED[codes.LEFT]
 # Of an auto motion: what is left of its time, and how long it has been overruled.
-_AUTO = {
+AUTO = {
     "left_ms": _classes((1,), 1000 * AUTO_LIMIT_S),
     "overruled_ms": _classes((1, limits.AUTO_OVERRULED_MS), _TOP),
 }
-_OFF, _OPEN = _AT["_off_ms"], _AT["_open_ms"]
-_TABLES = tuple((_AT[name], _LOWEST[name]) for name in COUNTERS)
+_OFF, _OPEN = AT["_off_ms"], AT["_open_ms"]
+_TABLES = tuple((AT[name], _LOWEST[name]) for name in COUNTERS)
 
 # Press numbers, in the order in which they were pressed: older than all known, the spent one, the
 # running one, a newer one. 0 is none.
@@ -202,142 +197,76 @@ OLD, SPENT, RUNNING, FRESH = 255, 1, 2, 3
 _SOME_REASON = codes.NOT_ARMED
 
 
-@dataclass
-class Core:
-    """The real safety and motion objects, loaded with one state after another."""
-
-    safety: Named
-    motion: Motion
-    around: Around
-    relay_follows: bool  # the contact always does what the enable line says
-    tick: Tick = field(init=False)
-    _known: dict[tuple[Any, ...], State] = field(default_factory=dict)  # what was abstracted
-    _state: State | None = None  # what was loaded last, and how
-    _attributes: dict[str, Any] = field(default_factory=dict)
-    _prepared: Any = None
-
-    def __post_init__(self) -> None:
-        self.tick = self.around.tick(self.safety, self.motion)
-
-    def load(self, state: State, passed: tuple[str, ...]) -> None:
-        """Become `state`, with time passed to the end of the class in the counters `passed`."""
-        if state is not self._state:
-            self._prepare(state)
-        words = self.safety._words
-        self.safety.__dict__.update(self._attributes)
-        words[:] = self._prepared
-        motion = self.motion
-        motion.stop()
-        motion.__dict__.update(zip(MOTION_FIELDS, state[len(FIELDS) :], strict=False))
-        auto = self.safety.auto
-        auto.__dict__.update(zip(AUTO_FIELDS, state[_AUTO_AT:], strict=True))
-        for name in passed:
-            if name in _AUTO:
-                auto.__dict__[name] = _AUTO[name][1][auto.__dict__[name]]
-            elif name == "_elapsed_ms":
-                motion._elapsed_ms = _ELAPSED[self.safety._verb][1][motion._elapsed_ms]
-            else:
-                words[_WORDS[name]] = HIGHEST[name][state[_AT[name]]]
-
-    def _prepare(self, state: State) -> None:
-        """What is the same in every tick from this state."""
-        self._state = state
-        self._attributes = {**dict(zip(_PLAIN, state, strict=False)), **FORGOTTEN}
-        words = self._prepared = self.safety._words[:]
-        for at in _COMPARED:
-            words[at] = 0
-        for at, value in zip(_WORDS_AT, state[len(_PLAIN) :], strict=False):
-            words[at] = value
-        if get(state, "state") != codes.DISARMED:
-            # Not known: if this tick does not set them back to 0, they may be anything.
-            words[ages.IDLE] = words[ages.NEUTRAL] = 1
-
-    def read(self) -> State:
-        """The abstraction of what the objects are now."""
-        safety = self.safety.values()
-        motion = (*_motion_values(self.motion), *_auto_values(self.safety.auto))
-        found = self._known.get((safety, motion))
-        if found is None:
-            found = self._known[safety, motion] = self._abstracted(safety, motion)
-        return found
-
-    def _abstracted(self, safety: tuple[Any, ...], motion: tuple[Any, ...]) -> State:
-        values = list(safety)
-        for k, table in _TABLES:
-            values[k] = table[values[k]]
-        if self.relay_follows:
-            # Then a relay fault never comes, and how long the contact has been open is no matter.
-            values[_OFF] = 0
-            values[_OPEN] = min(1, values[_OPEN])
-        if self.safety._relay_fitted and values[_AT["state"]] == codes.ARMED:
-            values[_AT["_closed_ms"]] = min(1, values[_AT["_closed_ms"]])
-        return _renamed(values, list(motion))
+def abstracted(seen: tuple[Any, ...], relay_follows: bool, relay_fitted: bool) -> State:
+    """The abstraction of a state whose counters are as they are."""
+    values, motion = list(seen[: len(FIELDS)]), list(seen[len(FIELDS) :])
+    for k, table in _TABLES:
+        values[k] = table[values[k]]
+    if relay_follows:
+        # Then a relay fault never comes, and how long the contact has been open is no matter.
+        values[_OFF] = 0
+        values[_OPEN] = min(1, values[_OPEN])
+    if relay_fitted and values[AT["state"]] == codes.ARMED:
+        values[AT["_closed_ms"]] = min(1, values[AT["_closed_ms"]])
+    return _renamed(values, motion)
 
 
 def _renamed(values: list[Any], motion: list[Any]) -> State:
-    running, spent = values[_AT["edge"]], values[_AT["spent_edge"]]
-    values[_AT["spent_edge"]] = SPENT if spent else 0
+    running, spent = values[AT["edge"]], values[AT["spent_edge"]]
+    values[AT["spent_edge"]] = SPENT if spent else 0
     if running:
-        values[_AT["edge"]] = SPENT if running == spent else RUNNING
+        values[AT["edge"]] = SPENT if running == spent else RUNNING
     else:
         # Of a press that has ended nothing is kept but its number.
-        values[_AT["_verb"]] = codes.STOP
-        values[_AT["_mode"]] = codes.STEP
-    if not running or values[_AT["_verb"]] != codes.DRIVE:
-        values[_AT["_straight"]] = False  # only a drive that goes on reads it
+        values[AT["_verb"]] = codes.STOP
+        values[AT["_mode"]] = codes.STEP
+    if not running or values[AT["_verb"]] != codes.DRIVE:
+        values[AT["_straight"]] = False  # only a drive that goes on reads it
         motion[3] = False  # nor this
     for at, name in enumerate(AUTO_FIELDS, len(MOTION_FIELDS)):
         # Only an auto motion that goes on reads them.
-        on = running and values[_AT["_mode"]] == codes.AUTO
-        motion[at] = _AUTO[name][0][motion[at]] if on else 0
+        on = running and values[AT["_mode"]] == codes.AUTO
+        motion[at] = AUTO[name][0][motion[at]] if on else 0
     if motion[0] and motion[0] == running:
-        motion[0] = values[_AT["edge"]]
+        motion[0] = values[AT["edge"]]
     elif motion[0]:
         motion[0] = SPENT if motion[0] == spent else FRESH
-    verb, mode = values[_AT["_verb"]], values[_AT["_mode"]]
-    stepping = motion[0] and mode == codes.STEP and verb in _ELAPSED
-    motion[1] = _ELAPSED[verb][0][motion[1]] if stepping else 0
+    verb, mode = values[AT["_verb"]], values[AT["_mode"]]
+    stepping = motion[0] and mode == codes.STEP and verb in ELAPSED
+    motion[1] = ELAPSED[verb][0][motion[1]] if stepping else 0
     # While not disarmed nobody reads these: unknown until then (see events.tick).
-    if values[_AT["state"]] != codes.DISARMED:
-        values[_AT["_idle_ms"]] = values[_AT["_neutral_ms"]] = 0
-    if values[_AT["state"]] != codes.ARMING:
-        values[_AT["_arming_ms"]] = 0
-    values[_AT["_session_count"]] = min(1, values[_AT["_session_count"]])
+    if values[AT["state"]] != codes.DISARMED:
+        values[AT["_idle_ms"]] = values[AT["_neutral_ms"]] = 0
+    if values[AT["state"]] != codes.ARMING:
+        values[AT["_arming_ms"]] = 0
+    values[AT["_session_count"]] = min(1, values[AT["_session_count"]])
     for name in ("override", "first_fault"):
-        if values[_AT[name]]:
-            values[_AT[name]] = _SOME_REASON
+        if values[AT[name]]:
+            values[AT[name]] = _SOME_REASON
     return (*values, *motion)
 
 
 def get(state: State, name: str) -> Any:
     """A field of safety in an abstract state."""
-    return state[_AT[name]]
-
-
-@functools.lru_cache(maxsize=4)
-def passable(state: State) -> tuple[tuple[int, str], ...]:
-    """The counters that are not at the end of their class yet, with their places in PASSING."""
-    return tuple((at, name) for at, name in enumerate(PASSING) if can_pass(state, name))
+    return state[AT[name]]
 
 
 def can_pass(state: State, name: str) -> bool:
     """Whether a counter is not at the end of its class yet."""
-    low = state[_AT[name]]
+    low = state[AT[name]]
     return HIGHEST[name][low] not in (low, _TOP)
 
 
-@functools.lru_cache(maxsize=4)
 def auto_passable(state: State) -> tuple[str, ...]:
     """The numbers of an auto motion that are not at the end of their class yet."""
-    values = zip(AUTO_FIELDS, state[_AUTO_AT:], strict=True)
-    return tuple(name for name, low in values if _AUTO[name][1][low] not in (low, _TOP))
+    values = zip(AUTO_FIELDS, state[AUTO_AT:], strict=True)
+    return tuple(name for name, low in values if AUTO[name][1][low] not in (low, _TOP))
 
 
-@functools.lru_cache(maxsize=4)
 def step_can_pass(state: State) -> bool:
     """The same of the time a step has taken."""
-    table = _ELAPSED.get(state[_AT["_verb"]])
-    if table is None or not state[len(FIELDS)] or state[_AT["_mode"]] != codes.STEP:
+    table = ELAPSED.get(state[AT["_verb"]])
+    if table is None or not state[len(FIELDS)] or state[AT["_mode"]] != codes.STEP:
         return False
     low = state[len(FIELDS) + 1]
     return table[1][low] not in (low, _TOP)

@@ -9,25 +9,29 @@ from gazeboard.core import limits
 from gazeboard.core.tick import PERIOD_US
 from gazelink import codes
 from gazeprove import abstract
-from gazeprove.abstract import FRESH, OLD, Core, State
+from gazeprove.abstract import FRESH, OLD, State
 from gazeprove.around import Around, Facts, Raised
+from gazeprove.core import Core
 from gazeprove.inputs import AnyTurn, Choices, LazyInputs, Scope
 
 
-def tick(
-    core: Core,
-    state: State,
-    scope: Scope,
-    inputs: LazyInputs,
-    choices: Choices,
-    was: dict[str, Any],
-) -> Facts:
-    """One tick of the real objects from `state`, all events chosen.
+def begin(core: Core, state: State, scope: Scope, inputs: LazyInputs) -> None:
+    """All ticks from now on are from `state`."""
+    core.begin(state)
+    presses = (0, abstract.get(state, "edge"), abstract.get(state, "spent_edge"), FRESH)
+    inputs.presses = tuple(dict.fromkeys((*presses, OLD) if scope.all_commands else presses))
 
-    `was` is filled with safety's fields before the tick, after the time that was chosen to pass.
+
+def tick(
+    core: Core, scope: Scope, inputs: LazyInputs, choices: Choices
+) -> tuple[Facts, dict[str, Any]]:
+    """One tick of the real objects from the state that they began with, all events chosen.
+
+    Returns what happened, and safety's fields before the tick, time passed included.
     """
     causes = scope.causes
     pick = choices.pick
+    state = core.state
     enable, before = abstract.get(state, "enable"), abstract.get(state, "state")
 
     def strikes(cause: str) -> bool:
@@ -71,48 +75,37 @@ def tick(
         settled,
         not watched,
     )
-    passed = [name for at, name in abstract.passable(state) if passing[at] and pick(2)]
-    if abstract.step_can_pass(state) and pick(2):
-        passed.append("_elapsed_ms")
-    passed += [name for name in abstract.auto_passable(state) if pick(2)]
-    core.load(state, tuple(passed))
-    was.update(core.safety.fields())
-    running, spent = core.safety.edge, core.safety.spent_edge
-    old = {OLD: OLD} if scope.all_commands else {}
-    read = inputs.__dict__
-    known = read.get("_known", {})
-    read.clear()
-    read.update(
-        _scope=scope,
-        _known=known,
-        _choices=choices,
-        _presses=tuple({0: 0, running: running, spent: spent, FRESH: FRESH, **old}),
-        host_count=0 if mute else 1,
-        service_count=0 if stalled else 1,
-        clearance_count=0 if blind else 1,
-        heading_count=0 if lost else 1,
-        command_count=1 if commanded else 0,
-        session_count=core.safety._session_count + (1 if facts.new_session else 0),
-        stop_count=1 if facts.stopped else 0,
-        emergency_count=1 if facts.message else 0,
-        disarm_count=1 if disarm else 0,
-        arm_count=arms,
-        reset_count=1 if reset else 0,
-        press_count=facts.presses,
-        supervision_count=1 if watched else 0,
-    )
+    open_ended = [name for at, name in core.passable if passing[at]]
+    elapsed = core.step_can_pass and pick(2) == 1
+    was = core.load((*open_ended, *core.auto_passable), elapsed)
+    i = inputs
+    read: dict[str, Any] = {}
+    i.read = read
+    i.host_count = 0 if mute else 1
+    i.service_count = 0 if stalled else 1
+    i.clearance_count = 0 if blind else 1
+    i.heading_count = 0 if lost else 1
+    i.command_count = 1 if commanded else 0
+    i.session_count = core.safety._session_count + (1 if facts.new_session else 0)
+    i.stop_count = 1 if facts.stopped else 0
+    i.emergency_count = 1 if facts.message else 0
+    i.disarm_count = 1 if disarm else 0
+    i.arm_count = arms
+    i.reset_count = 1 if reset else 0
+    i.press_count = facts.presses
+    i.supervision_count = 1 if watched else 0
     raised = pick(3) if "exception" in causes else 0
     facts.raised = raised > 0
     facts.stepped = raised < 2
     run(core, inputs, facts, strikes)
     if before != codes.DISARMED and core.safety.state == codes.DISARMED:
-        _reveal(core.safety, before, choices)
+        _reveal(core, before)
     facts.well = not (
         mute or stalled or blind or lost or facts.raised or facts.late or facts.emergency_open
     )
     facts.well &= not (facts.message or facts.disobeys or facts.often) and facts.verified
     facts.well &= facts.contact == (enable and scope.relay_fitted) and _all_well(read)
-    return facts
+    return facts, was
 
 
 def run(core: Core, inputs: Any, facts: Facts, strikes: Callable[[str], bool]) -> None:
@@ -140,26 +133,27 @@ def _orders(scope: Scope, pick: Callable[[int], int]) -> tuple[bool, int, bool]:
     return one == 1, int(one == 2), one == 3
 
 
-def _reveal(safety: abstract.Named, before: int, choices: Choices) -> None:
+def _reveal(core: Core, before: int) -> None:
     """Counters that do not matter until disarmed may have come any way by then."""
-    if safety._idle_ms and choices.pick(2):
-        safety._idle_ms = limits.IDLE_MS
-    if safety._neutral_ms and choices.pick(2):
-        safety._neutral_ms = limits.NEUTRAL_PROVEN_MS
+    safety = core.safety
+    core.may_be("_idle_ms", limits.IDLE_MS)
+    core.may_be("_neutral_ms", limits.NEUTRAL_PROVEN_MS)
     if safety._closed_ms and before == codes.ARMED and safety._relay_fitted:
-        classes = (1, limits.RELAY_RELEASE_MS, limits.RELAY_HOLD_MS, limits.RELAY_STUCK_MS)
-        safety._closed_ms = classes[choices.pick(4)]
+        safety._closed_ms = (1, limits.RELAY_HOLD_MS)[core.choices.pick(2)]
+        more_ms = limits.RELAY_RELEASE_MS if safety._closed_ms == 1 else limits.RELAY_STUCK_MS
+        core.may_be("_closed_ms", more_ms)
 
 
 def _all_well(read: dict[str, Any]) -> bool:
-    seen = (read.get("clearance_blocked"), read.get("clearance_unseen"))
+    for name in ("clearance_blocked", "clearance_unseen"):
+        if name in read and any(read[name].known.values()):
+            return False
     return (
         not read.get("tilted", False)
         and not read.get("service_faults", 0)
         and read.get("calibrated", True)
         and not read.get("heading_faults", 0)
         and read.get("clearance_source", codes.REAL) == codes.REAL
-        and not any(bits is not None and any(bits.known.values()) for bits in seen)
     )
 
 
@@ -181,5 +175,6 @@ def first_state(scope: Scope) -> tuple[Core, LazyInputs, Choices, State]:
         Motion(settings, AnyTurn(choices)),
         Around(),
         "relay" not in scope.causes and scope.relay_fitted,
+        choices,
     )
-    return core, LazyInputs(), choices, core.read()
+    return core, LazyInputs(scope, choices), choices, core.read()

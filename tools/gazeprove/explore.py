@@ -6,11 +6,12 @@ import time
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 from gazelink import codes
 from gazeprove import abstract
 from gazeprove.abstract import FIELDS, State
-from gazeprove.events import first_state, tick
+from gazeprove.events import begin, first_state, tick
 from gazeprove.inputs import Scope
 from gazeprove.invariants import INVARIANTS
 from gazeprove.seen import After
@@ -27,6 +28,7 @@ class Explored:
     states: dict[State, int] = field(default_factory=dict)
     edges: set[tuple[int, int]] = field(default_factory=set)
     transitions: int = 0
+    ticks: int = 0  # in which these were: what nobody asked for is both in one
     broken: list[str] = field(default_factory=list)
     dead_ends: int = 0
     seconds: float = 0.0
@@ -40,31 +42,40 @@ def explore(scope: Scope, note: Callable[[str], None] = lambda text: None) -> Ex
     order = [first]
     back: defaultdict[int, set[int]] = defaultdict(set)  # by ticks in which all is well
     goals: set[int] = set()
+    numbers: dict[tuple[Any, ...], tuple[int, ...]] = {}  # of the states that something seen may be
     safety = core.safety
     number = 0
     while number < len(order) and len(found.broken) < 10:
-        state = order[number]
+        begin(core, order[number], scope, inputs)
+        reached: set[int] = set()
+        well: set[int] = set()
         while True:
-            # Loaded inside tick(); what it was, time passed included, is what tick() says it was.
-            was: dict[str, object] = {}
-            facts = tick(core, state, scope, inputs, choices, was)
-            found.transitions += 1
-            after = After.of(was, core, inputs.__dict__, facts, scope)
+            facts, was = tick(core, scope, inputs, choices)
+            after = After.of(was, core, inputs.read, facts, scope)
             for invariant in INVARIANTS:
                 if not invariant(after):
-                    found.broken.append(_story(invariant.__name__, state, after))
-            moving = after.moving
-            reached = core.read()
-            index = found.states.setdefault(reached, len(order))
-            if index == len(order):
-                order.append(reached)
-            found.edges.add((number, index))
+                    found.broken.append(_story(invariant.__name__, after))
+            found.ticks += 1
+            found.transitions += core.together()
+            seen = core.seen()
+            indices = numbers.get(seen)
+            if indices is None:
+                for state in core.states(seen):
+                    if state not in found.states:
+                        found.states[state] = len(order)
+                        order.append(state)
+                indices = tuple({found.states[state] for state in core.states(seen)})
+                numbers[seen] = indices
+            reached.update(indices)
             if facts.well:
-                back[index].add(number)
-                if moving and safety.state == codes.ARMED:
-                    goals.add(index)
+                well.update(indices)
+                if after.moving and safety.state == codes.ARMED:
+                    goals.update(indices)
             if not choices.following():
                 break
+        found.edges.update((number, index) for index in reached)
+        for index in well:
+            back[index].add(number)
         number += 1
         if time.monotonic() - noted > _NOTE_EVERY_S:
             noted = time.monotonic()
@@ -101,12 +112,13 @@ def describe(state: State) -> str:
     return " ".join(f"{n}={v:d}" for n, v in zip(names, state, strict=True) if v)
 
 
-def _story(invariant: str, state: State, a: After) -> str:
-    inputs = {n: v for n, v in a.read.items() if not n.startswith("_")}
+def _story(invariant: str, a: After) -> str:
+    a.core.toss()
+    inputs = dict(a.read)
     if "clearance_blocked" in inputs:
         inputs["clearance_blocked"] = inputs["clearance_blocked"].known
     return (
-        f"{invariant}\n    before: {describe(state)}\n    inputs: {inputs}\n"
+        f"{invariant}\n    before: {describe(a.core.state)}\n    inputs: {inputs}\n"
         f"    facts:  {a.facts}\n    after:  {describe(a.core.read())}"
         f" output=({a.linear}, {a.turn}) override={a.core.safety.override}"
     )

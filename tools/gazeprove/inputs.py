@@ -108,23 +108,40 @@ class Blocked:
 
 
 class LazyInputs:
-    """An Inputs whose fields are chosen when they are read. `__dict__` holds what was read."""
+    """An Inputs whose fields but the counters are chosen when they are read, and then in `read`."""
 
-    _scope: Scope
-    _choices: Choices
-    _presses: tuple[int, ...]
-    _known: dict[str, tuple[Any, ...]]  # what an input may be in this scope, once asked
+    host_count: int
+    service_count: int
+    clearance_count: int
+    heading_count: int
+    command_count: int
+    session_count: int
+    stop_count: int
+    emergency_count: int
+    disarm_count: int
+    arm_count: int
+    reset_count: int
+    press_count: int
+    supervision_count: int
+
+    def __init__(self, scope: Scope, choices: Choices) -> None:
+        self._scope = scope
+        self._choices = choices
+        self._known: dict[str, tuple[Any, ...]] = {}  # what an input may be in this scope
+        self.presses: tuple[int, ...] = ()  # that may come in a tick
+        self.read: dict[str, Any] = {}
 
     def __getattr__(self, name: str) -> Any:
-        read = self.__dict__
-        known = read["_known"]
-        values = known.get(name)
+        read = self.read
+        if name in read:
+            return read[name]
+        values = self._known.get(name)
         if values is None:
             values = self._values(name)
             if name not in _EACH_TIME:
-                known[name] = values
+                self._known[name] = values
         size = len(values)
-        value = read[name] = values[read["_choices"].pick(size)] if size > 1 else values[0]
+        value = read[name] = values[self._choices.pick(size)] if size > 1 else values[0]
         return value
 
     def _values(self, name: str) -> tuple[Any, ...]:
@@ -140,7 +157,7 @@ class LazyInputs:
                 return (codes.CONTINUOUS if self.verb == codes.FORWARD else codes.STEP,)
             return (codes.STEP, codes.CONTINUOUS)
         if name == "edge":
-            return self._presses
+            return self.presses
         if name == "owner":
             return (codes.NOBODY, codes.DRIVER, codes.CARETAKER) if full else (codes.DRIVER,)
         if name in ("linear_permille", "turn_permille"):
@@ -148,7 +165,7 @@ class LazyInputs:
         if name in ("clearance_blocked", "clearance_unseen"):
             return (Blocked(self._choices),)
         if name == "supervision_edge":
-            return self._presses
+            return self.presses
         if name == "supervision_age_ms":
             return (0, limits.AGE_MAX_MS)
         if name == "clearance_source":
@@ -164,7 +181,7 @@ class LazyInputs:
         if name == "calibrated":
             return (True, False) if "calibration" in causes else (True,)
         if name == "stop_edge":
-            return self._presses
+            return self.presses
         if name == "arm_owner":
             return (codes.NOBODY, codes.DRIVER, codes.CARETAKER, 3) if full else (codes.DRIVER,)
         if name == "ttl_ms":

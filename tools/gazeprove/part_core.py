@@ -15,7 +15,8 @@ from gazeprove.walk import Walk
 
 def enumeration(quick: bool, note: Note) -> Part:
     """Explore every scope; hold random runs of the concrete core against each."""
-    figures = dict.fromkeys(("scopes", "states", "transitions", "random_ticks", "moving_ticks"), 0)
+    names = ("scopes", "states", "transitions", "ticks", "random_ticks", "moving_ticks")
+    figures = dict.fromkeys(names, 0)
     short: list[str] = []
     ticks = 5_000 if quick else 50_000
     wanted = [(scope, number, ticks) for number, scope in enumerate(scopes(quick))]
@@ -41,6 +42,7 @@ def _explore(of: tuple[Scope, int, int]) -> tuple[str, dict[str, int], list[str]
         "scopes": 1,
         "states": len(found.states),
         "transitions": found.transitions,
+        "ticks": found.ticks,
         "random_ticks": walked.ticks,
         "moving_ticks": walked.moving,
     }

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from gazelink import codes
-from gazeprove.abstract import Core
 from gazeprove.around import Facts
+from gazeprove.core import Core
 from gazeprove.inputs import Scope
 
 

@@ -12,8 +12,8 @@ from typing import Any
 
 from gazeboard.core.shared import Inputs
 from gazelink import codes
-from gazeprove.abstract import Core
 from gazeprove.around import Facts
+from gazeprove.core import Core
 from gazeprove.events import first_state, run
 from gazeprove.explore import Explored, describe
 from gazeprove.inputs import CAUSES, Blocked, Choices, Scope

@@ -33,6 +33,8 @@ class HealthState:
     """One plain line for a log or the doctor: what, where, what to do. May be empty."""
     since_s: float
     """Monotonic time at which state or reason last changed."""
+    about: str = ""
+    """The configuration's name of what the reason is about, for a page; may be empty."""
 
 
 class Health:
@@ -51,16 +53,17 @@ class Health:
         self._lock = threading.Lock()
         self._now = HealthState(STARTING, f"{kind(name)}_starting", "", clock())
 
-    def set(self, state: str, reason: str = "ok", detail: str = "") -> None:
+    def set(self, state: str, reason: str = "ok", detail: str = "", about: str = "") -> None:
         """Report the part's state; repeating it is free. Raises ValueError on an unknown state."""
         if state not in STATES:
             raise ValueError(f"health state {state!r} is none of {', '.join(STATES)}")
         with self._lock:
             old = self._now
-            if (old.state, old.reason, old.detail) == (state, reason, detail):
+            if (old.state, old.reason, old.detail, old.about) == (state, reason, detail, about):
                 return
             same = (old.state, old.reason) == (state, reason)
-            self._now = HealthState(state, reason, detail, old.since_s if same else self._clock())
+            since_s = old.since_s if same else self._clock()
+            self._now = HealthState(state, reason, detail, since_s, about)
         if not same:
             level = logging.WARNING if state in (DEGRADED, LOST) else logging.INFO
             log.log(level, "%s is %s: %s", self.name, state, detail or reason)
@@ -114,13 +117,16 @@ class HealthRegistry:
     def as_json(self) -> dict[str, dict[str, object]]:
         """The same as plain JSON values, `since_s` turned into `for_s` (seconds it has lasted).
 
-        `do`: what to do about the reason, in English, when there is something to do.
+        `do`: what to do about the reason, in English, when there is something to do; `about` is
+        there when it names something.
         """
         result: dict[str, dict[str, object]] = {}
         for name, state in self.states().items():
             row: dict[str, object] = asdict(state)
             row["for_s"] = round(self._clock() - state.since_s, 1)
             del row["since_s"]
+            if not state.about:
+                del row["about"]
             if do := advice(state.reason):
                 row["do"] = do
             result[name] = row

@@ -67,6 +67,8 @@ class Problem:
     """codes.WARNING or codes.ERROR."""
     caretaker_only: bool = False
     """Not shown to the driver."""
+    about: str = ""
+    """See HealthState."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,8 @@ class Verdict:
     """ "ok", "warning" or "error"."""
     message: str
     """A key of the string tables, "ok" when nothing is wrong."""
+    about: str = ""
+    """See HealthState."""
 
 
 def of_board(state: BoardState) -> list[Problem]:
@@ -96,7 +100,7 @@ def of_board(state: BoardState) -> list[Problem]:
 def of_parts(parts: dict[str, HealthState]) -> list[Problem]:
     """The problems that follow from the parts' health."""
     return [
-        Problem(part.reason, _PARTS[name, part.state], _SHOWN[name].caretaker_only)
+        Problem(part.reason, _PARTS[name, part.state], _SHOWN[name].caretaker_only, part.about)
         for name, part in parts.items()
         if (name, part.state) in _PARTS
         and (part.reason not in REASONS or REASONS[part.reason].severity > NOTE)
@@ -140,11 +144,13 @@ class ErrorHandler:
     def fold(self, problems: Iterable[Problem], now_s: float) -> Verdict:
         """The verdict on all problems at `now_s`, monotonic seconds."""
         severities: dict[str, int] = {}
+        abouts: dict[str, str] = {}
         for problem in problems:
+            abouts[problem.key] = abouts.get(problem.key) or problem.about
             known = severities.get(problem.key, 0)
             severities[problem.key] = max(known, problem.severity)
         self._since_s = {key: self._since_s.get(key, now_s) for key in severities}
         if not severities:
             return Verdict("ok", "ok")
         worst = min(severities, key=lambda key: (-severities[key], self._since_s[key]))
-        return Verdict(LEVELS[severities[worst]], worst)
+        return Verdict(LEVELS[severities[worst]], worst, abouts[worst])

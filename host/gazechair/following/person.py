@@ -204,6 +204,7 @@ class Person:
         self.state, self.track, self._touches = State.FOLLOWS, track, 0
         self._last = _Left.of(track)
         self._own = track.legs
+        self._joining, self._joined = [], 0
 
     # -- keeping -----------------------------------------------------------------------------------
 

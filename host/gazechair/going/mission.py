@@ -183,7 +183,9 @@ class Mission:
             self.state, self.reason = LOST, POSE_LOST
             return STOP
         if self.state == LOST:
-            self._ask_plan()
+            self.state, self.reason, self._stuck = DRIVING, "", Stuck()
+            if self._way_to != self.goal or self._pending is not None:
+                self._ask_plan()
         if not self.numbers.drives_within(self.cap_permille):
             self._give_up(LIMIT, now_s)
             return STOP

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from gazechair.going.plan import Pose
 
 POSE_OLD_S = 0.35
-"""An older pose counts as lost: the motion must end within 0.5 s (promise P20)."""
+"""With an older pose the chair must stand within 0.5 s (promise P20)."""
 _STANDS_M_S, _STANDS_DEG_S = 0.03, 1.0  # slower is noise
 
 

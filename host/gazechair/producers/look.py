@@ -38,6 +38,7 @@ from gazechair.producers.contract import (
 from gazechair.producers.moved_by_others import MovedByOthers
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture, spot_over_picture
+from gazechair.producers.pose_watch import KNOWN, LOST, PoseWatch
 from gazechair.producers.ride import Ride
 from gazechair.producers.track import MapTrack
 from gazechair.sensing.mapping.building.mapper import KeyScan
@@ -70,6 +71,7 @@ class LookProducer(SpotProducer):
         self._ask: Ask | None = None
         self._camera: FloorCamera | None = None
         self._moved_by_others = MovedByOthers()
+        self._watch = PoseWatch()
         self._spot_m = (0.0, 0.0)  # relative to the chair at the look
         self._scans: list[KeyScan] = []
         self._pictured = False
@@ -117,6 +119,7 @@ class LookProducer(SpotProducer):
     def press(self, press: Press) -> None:
         self._mission = None
         self._ride.begin()
+        self._watch.begin()
         if self._found is None or self._ask is None or press.target["ask"] != self._ask.number:
             return
         costmap, planner, _, _ = self._found
@@ -130,13 +133,19 @@ class LookProducer(SpotProducer):
         mission, found, newest = self._mission, self._found, self._track.newest
         if mission is None or found is None:
             return self._over(NOT_NOW)
-        if newest is None or newest.track != self._track_of or not self._track.known(now_s):
+        known = newest is not None and newest.track == self._track_of and self._track.known(now_s)
+        seen_s = newest.time_s if newest is not None and known else None
+        state = self._watch.judge(seen_s, self._track, now_s)
+        if newest is None or newest.track != self._track_of or state == LOST:
             return self._over(POSE_LOST)
         if self._redrawn(now_s):
             return self._over(CHANGED)
-        pose = newest.pose()
-        at = float(pose[0]), float(pose[1]), float(pose[2])
-        said = self._ride.step(mission, found[2], at, newest, now_s)
+        if state == KNOWN:
+            pose = newest.pose()
+            at = float(pose[0]), float(pose[1]), float(pose[2])
+            said = self._ride.step(mission, found[2], at, newest, now_s)
+        else:
+            said = self._ride.stand(mission, now_s)
         if said.stick is None:
             return self._over(said.reason, said.state)
         way = found[3] if mission.way is None else mission.way

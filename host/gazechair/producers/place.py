@@ -13,13 +13,14 @@ from gazechair.going.costmap import Costmap, costmap_of
 from gazechair.going.mission import DRIVING, POSE_LOST, Mission
 from gazechair.going.plan import Planner, Pose
 from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
+from gazechair.producers.odometry_track import OdometryTrack
+from gazechair.producers.pose_watch import KNOWN, LOST, PoseWatch
 from gazechair.producers.ride import Ride
 from gazechair.producers.track import MapTrack
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore, Stored
 
 MAP_GONE, UNSEEN_BEHIND = "going_map_gone", "going_unseen_behind"
-_WHERE_S = 1.5  # longest wait for the first pose after the press
 _MOST_POINTS = 40  # of a path that is shown
 _STEPPED_S = 0.25  # a chair that has not been driven for longer begins a new mission
 
@@ -40,6 +41,8 @@ class PlaceProducer(Producer):
         super().__init__(setup)
         self._store = MapStore(setup.maps)
         self._track = MapTrack()
+        self._odometry = OdometryTrack()
+        self._watch = PoseWatch()
         self._ride = Ride(setup.thinker)
         self._map = ""
         self._kept: tuple[object, ...] = ()  # what a press must share with the one before
@@ -47,7 +50,6 @@ class PlaceProducer(Producer):
         self._model: _Model | None = None  # of the newest mission; used by the thinker only
         self._goal: Pose = (0.0, 0.0, 0.0)
         self._sees_behind = False
-        self._begun_s = 0.0
         self._stepped_s = -math.inf
 
     def press(self, press: Press) -> None:
@@ -59,10 +61,10 @@ class PlaceProducer(Producer):
         self._kept = self._map, target["drawn"], dict(press.settings)
         x_m, y_m, heading_deg = (float(target[name]) for name in ("x", "y", "heading"))
         self._goal = x_m, y_m, math.radians(heading_deg)
-        self._begun_s = press.at_s
         self._ride.begin()
         if self._kept == before and self._drives(press.at_s):
             return  # from here: what it knows of its surroundings and speeds holds
+        self._watch.begin()
         self._mission.cancel()
         # Not within the step, which may take 20 s at most: a large map takes longer.
         self._mission = self.setup.thinker.submit(self._made, self._map, press)
@@ -96,6 +98,7 @@ class PlaceProducer(Producer):
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._ride.hear(sensed)
         self._track.take(sensed.estimates, sensed.where)
+        self._odometry.take(sensed.estimates)
         if not self._sees_behind:  # no turn on the spot is permitted (promise P19)
             return Said(None, "ended", UNSEEN_BEHIND)
         if not self._mission.done():
@@ -105,13 +108,18 @@ class PlaceProducer(Producer):
             return Said(None, "ended", MAP_GONE)
         pose = self._track.pose(self._map, now_s)
         newest = self._track.newest
-        if pose is None or newest is None:
-            if mission.goal is None and now_s - self._begun_s < _WHERE_S:
-                return Said((0, 0), "thinks")
+        seen_s = None if pose is None else self._track.seen_s
+        state = self._watch.judge(seen_s, self._odometry, now_s)
+        if state == LOST or self._track.map not in ("", self._map):
             return Said(None, "ended", POSE_LOST)
-        at = float(pose[0]), float(pose[1]), float(pose[2])
-        self._stepped_s = now_s
-        said = self._ride.step(mission, self._goal, at, newest, now_s)
+        if state == KNOWN and pose is not None and newest is not None:
+            at = float(pose[0]), float(pose[1]), float(pose[2])
+            self._stepped_s = now_s
+            said = self._ride.step(mission, self._goal, at, newest, now_s)
+        elif mission.goal is None:
+            return Said((0, 0), "thinks")
+        else:
+            said = self._ride.stand(mission, now_s)
         if said.stick is None:
             return said
         return replace(said, shown={**said.shown, "way": _way(mission)})

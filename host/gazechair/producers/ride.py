@@ -7,16 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 
 from gazechair.going.follow import STOP, Stick
-from gazechair.going.mission import (
-    ARRIVED,
-    BLOCKED,
-    DRIVING,
-    LOST,
-    PLANNING,
-    POSE_LOST,
-    Mission,
-    Planned,
-)
+from gazechair.going.mission import ARRIVED, BLOCKED, DRIVING, LOST, PLANNING, Mission, Planned
 from gazechair.going.plan import Pose
 from gazechair.going.rolled import Located
 from gazechair.going.stuck import apart
@@ -25,6 +16,8 @@ from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.motion import Motion
 
+POSE_DOUBTED = "going_pose_doubted"
+"""Why it stands, a key of the string tables: its pose is not known for the moment."""
 _BLOCKED_S = 30.0
 _SCAN_S = 0.09  # between two views of the chair's surroundings
 _STATES = {DRIVING: "drives", BLOCKED: "blocked", PLANNING: "thinks"}
@@ -76,11 +69,14 @@ class Ride:
         self._look(mission, at, newest.time_s)
         return self._said(mission, mission.step(now_s, self._put_out), now_s)
 
+    def stand(self, mission: Mission, now_s: float) -> Said:
+        """A step without a pose: the chair stands, and keeps its path."""
+        mission.locate(None)
+        return self._said(mission, mission.step(now_s, self._put_out), now_s)
+
     def _said(self, mission: Mission, stick: Stick, now_s: float) -> Said:
         if mission.state == ARRIVED:
             return Said(None, "arrived")
-        if mission.state == LOST:
-            return Said(None, "ended", POSE_LOST)
         if self._blocked is not None and apart(self._blocked[1], mission.rolled.pose):
             self._blocked = None
         if mission.state == BLOCKED:
@@ -88,8 +84,9 @@ class Ride:
             if now_s - self._blocked[0] > _BLOCKED_S:
                 return Said(None, "ended", mission.reason)
         state = _STATES.get(mission.state, "waits")
+        reason = POSE_DOUBTED if mission.state == LOST else mission.reason
         shown = {} if mission.way_to_goal is None else {"left_m": round(mission.left_m, 1)}
-        return Said((stick.linear_permille, stick.turn_permille), state, mission.reason, shown)
+        return Said((stick.linear_permille, stick.turn_permille), state, reason, shown)
 
     def _look(self, mission: Mission, at: Pose, time_s: float) -> None:
         """Give the mission the chair's surroundings, seen from its pose."""

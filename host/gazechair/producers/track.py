@@ -17,9 +17,6 @@ from gazechair.sensing.odometry.estimate import Estimate
 
 _ESTIMATE_OLD_S = 0.25
 _SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # a less certain pose counts as unknown
-# Beyond that, as much as the lidars' directions may be off until half a metre straight on has
-# verified them, so far from the axle: whether one is turned shows on the first leg, and ends it.
-_LIDAR_M = 1.0
 _SAME_S = 1e-3
 DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.SILENT, doubts.CARRIED, doubts.LOST))
 """An estimate with any of these is not usable for driving."""
@@ -32,7 +29,6 @@ class MapTrack:
     def __init__(self) -> None:
         self._estimates: deque[Estimate] = deque(maxlen=_KEPT)
         self._where: Whereabouts | None = None
-        self._mounting_deg = 0.0  # standard deviation of the lidars' directions then
         self._frame: FloatArray | None = None  # odometry's frame in the map's
 
     def take(self, estimates: Iterable[Estimate], where: Whereabouts | None) -> None:
@@ -54,13 +50,23 @@ class MapTrack:
         in_map = np.array((where.x_m, where.y_m, math.radians(where.heading_deg)))
         self._frame = compose(in_map, between(near.pose(), np.zeros(3)))
         self._where = where
-        same = (one for one in self._estimates if abs(one.time_s - where.time_s) <= _SAME_S)
-        self._mounting_deg = max(one.mounting_sigma_deg for one in same)
 
     @property
     def newest(self) -> Estimate | None:
         """The newest estimate of odometry."""
         return self._estimates[-1] if self._estimates else None
+
+    @property
+    def seen_s(self) -> float:
+        """When the chair was seen where `pose` says: the older of what that rests upon."""
+        if self._where is None or self.newest is None:
+            return -math.inf
+        return min(self._where.time_s, self.newest.time_s)
+
+    @property
+    def map(self) -> str:
+        """The map that the chair was last known to be in; "": none yet."""
+        return "" if self._where is None else self._where.map
 
     def pose(self, map_: str, now_s: float) -> FloatArray | None:
         """Pose (3,) at the time of `newest`, in that map; None: not known well enough."""
@@ -69,8 +75,9 @@ class MapTrack:
             return None
         if now_s - where.time_s > POSE_OLD_S or now_s - newest.time_s > _ESTIMATE_OLD_S:
             return None
-        most_deg = math.hypot(_SIGMA_DEG, self._mounting_deg)
-        most_m = math.hypot(_SIGMA_M, _LIDAR_M * math.radians(self._mounting_deg))
+        # Whether a lidar is turned shows on the first leg, and ends it: that is no reason to wait.
+        most_deg = math.hypot(_SIGMA_DEG, where.mounting_deg)
+        most_m = math.hypot(_SIGMA_M, where.mounting_m)
         if where.sigma_m > most_m or where.sigma_deg > most_deg:
             return None
         if DOUBTED.intersection(newest.doubts):

@@ -116,6 +116,7 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "tuned": None,
         "level": "ok",
         "message": "ok",
+        "about": "",
         "board": "ok",
         "lidar": "ok",
         "camera": "ok",
@@ -138,6 +139,22 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "simulated": False,
         "turned": None,
     }
+
+
+def test_the_message_says_which_part_it_is_about_and_only_where_it_is_shown(rig: Rig) -> None:
+    rig.parts.part("map").set("degraded", "lidar_turned")
+    for names in ("rear", "rear / front"):
+        rig.parts.part("odometry").set("degraded", "lidar_turned", "a line", names)
+        version = rig.control.wait_change(0.0, -1)
+        rig.control.update()
+        assert rig.control.wait_change(0.0, version) != version
+        caretaker = rig.control.snapshot(rig.control.connect("caretaker"))
+        assert (caretaker["message"], caretaker["about"]) == ("lidar_turned", names)
+        driver = rig.control.snapshot(rig.control.connect("driver"))
+        assert (driver["message"], driver["about"]) == ("ok", "")
+    rig.parts.part("board").set("lost", "board_lost", "unplugged")
+    rig.control.update()
+    assert rig.look()["about"] == ""
 
 
 def test_without_a_board_the_snapshot_says_so(rig: Rig) -> None:

@@ -16,6 +16,7 @@ from gazechair.going.follow import ACCELERATE_M_S2, PERIOD_S, STOP, Pose, Stick
 from gazechair.going.mission import (
     ARRIVED,
     BLOCKED,
+    DRIVING,
     LOST,
     POSE_LOST,
     WAITING,
@@ -207,7 +208,10 @@ def test_a_lost_pose_is_said_within_half_a_second_and_nothing_moves(chair: Going
         chair.step()
     assert (chair.mission.state, chair.mission.reason) == (LOST, POSE_LOST)
     assert chair.stick == STOP
+    plans = chair.mission.plans
     chair.located = True
+    chair.run(1.0)
+    assert (chair.mission.state, chair.mission.plans) == (DRIVING, plans)  # along its path
     assert chair.run(90.0) == ARRIVED
 
 

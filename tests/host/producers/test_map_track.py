@@ -43,8 +43,10 @@ def test_of_two_lidars_in_step_the_second_estimate_belongs_to_the_pose() -> None
 def test_a_pose_may_be_less_sure_by_lidars_whose_directions_are_not_verified(
     mounting_deg: float, sigma_m: float, sigma_deg: float, known: bool
 ) -> None:
+    """By as much as at the look: later estimates may know better, and the look's pose does not."""
     track = MapTrack()
     where = Whereabouts(2.0, "home", 5.0, 1.0, 90.0, sigma_m, sigma_deg, 1.0)
-    before = replace(_estimate(2.0, 3.0), mounting_sigma_deg=mounting_deg)
-    track.take([before, replace(before, mounting_sigma_deg=1.0)], where)
+    mounting_m = math.radians(mounting_deg)  # of a lidar 1 m from the axle
+    where = replace(where, mounting_m=mounting_m, mounting_deg=mounting_deg)
+    track.take([_estimate(2.0, 3.0)], where)
     assert (track.pose("home", 2.1) is not None) is known

@@ -6,6 +6,7 @@ import gc
 import weakref
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from gazechair.going.mission import DRIVING, WAITING
 from gazechair.going.plan import Planner
 from gazechair.producers import place
 from gazechair.producers.contract import Press, Sensed, Setup
+from gazechair.producers.pose_watch import AGAIN_S, ENDS_S, STANDS_S
+from gazechair.producers.ride import POSE_DOUBTED
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.mapping.stored.home_map import HomeMap
@@ -110,7 +113,8 @@ def test_no_step_waits_for_the_map(
     assert not made
     thinker.compute()
     assert len(made) == 1
-    said = producer.step(Sensed(), 40.0)
+    assert producer.step(Sensed(), 40.0).state == "thinks"  # the wait for a pose begins
+    said = producer.step(Sensed(), 40.1 + STANDS_S)
     assert (said.stick, said.reason) == (None, place.POSE_LOST)
 
 
@@ -243,6 +247,50 @@ def test_a_chair_that_waits_or_has_lost_its_pose_begins_a_new_mission(
     producer.press(press(3, at_s=now_s + 0.7))
     thinker.compute()
     assert producer._mission.result() is not mission
+
+
+def test_a_late_pose_makes_it_stand_and_go_on_along_its_path(
+    producer: place.PlaceProducer, thinker: Later
+) -> None:
+    producer.press(press(1))
+    now_s = drive(producer, thinker, 10.0, 8)
+    mission = producer._mission.result()
+    assert mission is not None
+    way, plans = mission.way, mission.plans
+    said = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, round(ENDS_S / 0.05))]
+    assert said[0].stick != (0, 0)
+    stands = next(n for n, one in enumerate(said, 1) if one.reason == POSE_DOUBTED)
+    assert {(one.stick, one.state) for one in said[stands - 1 :]} == {((0, 0), "waits")}
+    assert said[-1].shown["way"]
+    now_s += ENDS_S
+    again = [producer.step(here(now_s + 0.05 * n), now_s + 0.05 * n) for n in range(12)]
+    moves = next(n for n, one in enumerate(again) if one.stick != (0, 0))
+    assert 0.05 * moves >= AGAIN_S
+    assert again[-1].state == "drives"
+    assert (mission.way, mission.plans, thinker.todo) == (way, plans, [])
+
+
+def test_a_pose_that_stays_unknown_ends_it(producer: place.PlaceProducer, thinker: Later) -> None:
+    producer.press(press(1))
+    now_s = drive(producer, thinker, 10.0, 20)
+    said = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, 80)]
+    ends = next(n for n, one in enumerate(said, 1) if one.stick is None)
+    assert 0.05 * ends <= 0.5  # promise P20
+    assert (said[ends - 1].state, said[ends - 1].reason) == ("ended", place.POSE_LOST)
+    assert all(one.stick == (0, 0) for one in said[6 : ends - 1])
+    assert producer.step(here(now_s + 4.0), now_s + 4.0).stick is None  # without a new press
+
+
+def test_a_chair_that_is_in_another_map_does_not_wait(
+    producer: place.PlaceProducer, thinker: Later
+) -> None:
+    producer.press(press(1))
+    now_s = drive(producer, thinker, 10.0, 8) + 0.05
+    sensed = here(now_s)
+    assert sensed.where is not None
+    sensed.where = replace(sensed.where, map="b")
+    said = producer.step(sensed, now_s)
+    assert (said.stick, said.state, said.reason) == (None, "ended", place.POSE_LOST)
 
 
 def test_a_large_map_is_not_kept_while_another_is_prepared(

@@ -9,7 +9,7 @@ import pytest
 
 import web
 from gazechair.following.person import State
-from gazechair.producers import person, service
+from gazechair.producers import person, ride, service
 from gazechair.producers.kinds import KINDS
 
 
@@ -26,6 +26,13 @@ def test_what_is_said_of_every_kind_names_places_only(language: str, kind: str, 
     """A name that people did not give is in one language, and is no place to go to."""
     messages = messages_of(language)
     said = messages.get(f"{key}_{kind}", messages[key])
+    assert "{name}" not in said["text"] + said["do"]
+
+
+@pytest.mark.parametrize("language", ["nl", "en"])
+def test_a_doubted_pose_has_its_sentence_for_places_and_spots(language: str) -> None:
+    said = messages_of(language)[ride.POSE_DOUBTED]
+    assert said["text"]
     assert "{name}" not in said["text"] + said["do"]
 
 

@@ -31,6 +31,9 @@ def test_odometry_carries_the_place_on() -> None:
     assert there.time_s == 100.5
     assert there.sigma_m == pytest.approx(math.hypot(0.02, 0.02 * math.hypot(1.0, 0.5)))
     assert there.sigma_deg > FIX.sigma_deg
+    turned = onward(replace(FIX, mounting_m=0.05, mounting_deg=5.5), HERE)
+    assert turned is not None
+    assert (turned.mounting_m, turned.mounting_deg) == (0.05, 5.5)
 
 
 @pytest.mark.parametrize(

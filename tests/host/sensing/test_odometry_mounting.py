@@ -216,6 +216,8 @@ def test_a_pose_is_as_sure_as_it_is_known_how_the_lidars_sit(grid: OccupancyGrid
         assert found is not None
         assert found == atlas.location
         sigmas[deg] = found.sigma_m, math.degrees(found.sigma_rad)
+        parts = 0.5 * math.radians(deg), math.radians(deg)
+        assert (found.mounting_m, found.mounting_rad) == pytest.approx(parts)
         assert atlas.sure is (deg == 0.0)  # else the map is not changed by what it sees
     assert sigmas[0.0][1] < 1.0
     assert sigmas[5.0][1] == pytest.approx(math.hypot(5.0, sigmas[0.0][1]), abs=0.1)

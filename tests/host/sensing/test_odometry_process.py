@@ -182,6 +182,11 @@ def test_a_lidar_that_may_be_turned_is_named_at_once_and_no_longer_than_it_is() 
         service._on_data(json.dumps(asdict(known)).encode())
         assert health.now().reason == reason
         assert health.now().detail.endswith("rear or front") is (turned is not None)
+        assert health.now().about == ("" if turned is None else "rear / front")
+    known = replace(known, turned_lidar=1, turned_by_walls=True)
+    service._on_data(json.dumps(asdict(known)).encode())
+    assert health.now().detail.endswith(": rear")
+    assert health.now().about == "rear"
 
 
 def test_stuck_and_uncommanded_motion_are_health_while_driving_is_on() -> None:

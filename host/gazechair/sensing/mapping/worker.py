@@ -191,6 +191,8 @@ class Worker:
             location.evidence.explained,
             (at.x_m, at.y_m, at.heading_deg),
             at.track,
+            mounting_m=location.mounting_m,
+            mounting_deg=math.degrees(location.mounting_rad),
         )
 
     def _state(self) -> str:

@@ -44,7 +44,7 @@ _LASTS_S = {
 }
 
 FEW = 60  # points
-_LEAST_SHARE, LEAST_INFORMATION = 0.02, 2500.0  # of the direction known best; 1/m^2
+_LEAST_SHARE, _LEAST_INFORMATION = 0.02, 2500.0  # of the direction known best; 1/m^2
 _MATCHED, _LOST_MATCHED = 0.5, 0.35
 _SIDEWAYS_M_S = 0.12
 
@@ -112,4 +112,10 @@ def _now(seen: Seen) -> Iterable[str]:
 def is_corridor(information: FloatArray) -> bool:
     """Whether the position is undetermined in one direction."""
     low, high = np.linalg.eigvalsh(information)
-    return bool(low < LEAST_INFORMATION or low < _LEAST_SHARE * high)
+    return bool(low < _LEAST_INFORMATION or low < _LEAST_SHARE * high)
+
+
+def is_told(information: FloatArray, axis: FloatArray) -> bool:
+    """Whether the position is determined along `axis`, (2,)."""
+    # Added, so that it can be inverted where nothing is told.
+    return bool(axis @ np.linalg.inv(information + np.eye(2)) @ axis * _LEAST_INFORMATION < 1.0)

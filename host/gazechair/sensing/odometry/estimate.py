@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,7 +41,25 @@ class Estimate:
     """Of the lidars' directions on the chair: a pose by a map may be turned as far."""
     turned_lidar: int | None = None
     """Number of the one that most likely is turned on its mount; None: none seems to be."""
+    turned_by_walls: bool = False
+    """Whether a wall that several lidars see tells which one it is."""
+    left_out: bool = False
+    """Whether its piece counts for nothing: the lidar is turned against another."""
 
     def pose(self) -> FloatArray:
         """(3,): x, y in metres, heading in radians, full turns counted."""
         return np.array((self.x_m, self.y_m, math.radians(self.heading_deg)))
+
+    def left_out_at(self, time_s: float, turned_deg: float, yaw_rate_deg_s: float) -> Estimate:
+        """The estimate of a piece that is left out, a moment later: as the chair moved then."""
+        dt_s, angle = time_s - self.time_s, math.radians(self.heading_deg + 0.5 * turned_deg)
+        ahead_m, aside_m = self.speed_m_s * dt_s, self.sideways_m_s * dt_s
+        return replace(
+            self,
+            time_s=time_s,
+            x_m=self.x_m + math.cos(angle) * ahead_m - math.sin(angle) * aside_m,
+            y_m=self.y_m + math.sin(angle) * ahead_m + math.cos(angle) * aside_m,
+            heading_deg=self.heading_deg + turned_deg,
+            yaw_rate_deg_s=yaw_rate_deg_s,
+            left_out=True,
+        )

@@ -15,6 +15,8 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
+from gazechair.sensing.odometry.shared_walls import NOT_COMPARED, Compared
+
 _STRAIGHT_DEG_S = 3.0  # slower counts as straight, or standing
 _MATCHED = 0.5  # share of the points; less is a crowd
 # Suspicious difference between the turn by lidars and by the sensor, plus a share of the last
@@ -67,6 +69,8 @@ class Stand:
     """Of odometry's heading against the sensor's, since the beginning."""
     sees_aside: bool = True
     """Whether surfaces tell where the chair is across its heading."""
+    compared: Compared = NOT_COMPARED
+    """What walls that several lidars see tell of them."""
 
 
 class Mounting:
@@ -78,6 +82,8 @@ class Mounting:
         """Whether driving has shown that the lidars sit as configured."""
         self.lidar = 0
         """The one that most likely is turned, while `turned`."""
+        self.by_walls = False
+        """Whether walls have shown that it is that one."""
         self._time_s = -math.inf
         self._lately_deg = 0.0  # turned
         self._most_deg = 0.0  # largest difference in this episode
@@ -121,8 +127,12 @@ class Mounting:
             self._suspect(straight)
         if stand.known and stand.old_or_turned:
             self._suspect(False)
+        if usable and stand.compared.sure:
+            self._suspect(straight)
         if usable and self._lately_deg < _STRAIGHT_DEG_S * _TURNED_S and self._is_off(stand):
             self._suspect(straight)
+        if stand.compared.turned is not None:
+            self.lidar, self.by_walls = stand.compared.turned, True
         if usable and abs(stand.yaw_deg_s) > _CLEARS_DEG_S:
             self._to_turn_deg = max(0.0, self._to_turn_deg - abs(stand.yaw_deg_s) * dt_s)
         self._pieces.append(usable and stand.sees_aside)
@@ -154,6 +164,7 @@ class Mounting:
     def _suspect(self, straight: bool) -> None:
         if not self.turned:
             self.lidar = max(self._misfits, key=lambda lidar: self._misfits[lidar])
+            self.by_walls = False
         self.turned = True
         if not straight:
             self._to_turn_deg = _CLEARS_DEG
@@ -171,7 +182,7 @@ class Mounting:
         average += (math.degrees(stand.error_rad) - average) * share
         self._errors[stand.lidar] = average, stand.time_s
         recent = [deg for deg, at_s in self._errors.values() if at_s > stand.time_s - _REST_S]
-        if max(0.0, *recent) - min(0.0, *recent) < _OFF_DEG:
+        if stand.compared.agree or max(0.0, *recent) - min(0.0, *recent) < _OFF_DEG:
             self._off_since_s = None
         elif self._off_since_s is None:
             self._off_since_s = stand.time_s
@@ -189,7 +200,7 @@ class Mounting:
         for side, sign in enumerate((1.0, -1.0)):
             more_m = min(sign * aside - _ALLOWED * abs(ahead), _MOST_M)
             self._slips_m[side] = max(0.0, self._slips_m[side] + more_m)
-        right = abs(self._aside_m) < _ALLOWED * self._ahead_m
+        right = abs(self._aside_m) < _ALLOWED * self._ahead_m and stand.compared.turned is None
         if max(self._slips_m) > _SLIPS_M:
             self._suspect(True)
         elif not self.turned:

@@ -15,12 +15,10 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import compose
-from gazechair.sensing.odometry.apart import WholeTurn
-from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LEAST_INFORMATION, LOST, Doubts
+from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts, is_told
 from gazechair.sensing.odometry.drift import Drift
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.headings import Breaks, Heading, HeadingCheck, heading_at
-from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
     ERROR,
     FORWARD,
@@ -31,7 +29,6 @@ from gazechair.sensing.odometry.match import (
     Fit,
     X,
     Y,
-    fit,
 )
 from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.mounting import Mounting, Stand
@@ -41,7 +38,9 @@ from gazechair.sensing.odometry.progress import Progress
 from gazechair.sensing.odometry.repeated import repeats
 from gazechair.sensing.odometry.reports import Reports
 from gazechair.sensing.odometry.seen import Seen
+from gazechair.sensing.odometry.shared_walls import SharedWalls
 from gazechair.sensing.odometry.speed_by_command import SpeedByCommand
+from gazechair.sensing.odometry.surfaces import Surfaces
 from gazechair.sensing.odometry.turned_piece import TurnedPiece
 
 _UNKNOWN_RAD_S = math.radians(60.0)  # how fast it may turn without a heading
@@ -51,12 +50,10 @@ _MATCHED = 0.5
 # before it, with the heading as free; and the share of points that more must match with it.
 _STEP_S, _STEP_NEAR_S, _STEP_FREE_RAD, _STEP_MATCHED = 0.3, 0.01, math.radians(5.0), 0.1
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
+_FIRST_COVARIANCE = np.diag((1e-8, 1e-8, 1e-8, 0.01, 0.0025, _FULL_SIGMA_M_S**2, 1.0))
 _SILENT_S = 0.2  # of a lidar, or age of its scans
 _GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
 _STOOD_M_S = 0.03
-
-_KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
-_INSERT_M, _INSERT_RAD = 0.10, math.radians(5.0)
 
 
 @dataclass(frozen=True)
@@ -75,17 +72,18 @@ class Odometry:
     def __init__(self, track: int = 0) -> None:
         """`track`: number of its first track."""
         self._reports = Reports()
-        self._map = LocalMap(0.10)
-        self._coarse = LocalMap(0.25)
+        self._surfaces = Surfaces()
         self._state: FloatArray = np.zeros(STATES)
         self._state[FULL] = _FULL_M_S
-        self._covariance = _first_covariance()
+        self._covariance = _FIRST_COVARIANCE.copy()
         self._drift = Drift()
         self._track = track
         self._doubts = Doubts()
-        self._turn = WholeTurn()
         self._speed_by_command = SpeedByCommand()
         self._mounting = Mounting()
+        self._shared_walls = SharedWalls()
+        self._left_out: int | None = None  # a lidar that is turned against another
+        self._newest: Estimate | None = None
         self._turned_piece = TurnedPiece()
         self._progress = Progress()
         self._heading_check = HeadingCheck()
@@ -95,8 +93,6 @@ class Odometry:
         self._heading_rad = 0.0  # of the sensor, at the newest piece, not wrapped
         self._breaks = Breaks()
         self._inexact = Breaks()
-        # Where each lidar's surfaces were renewed: x, y, heading.
-        self._inserted: dict[int, tuple[float, float, float]] = {}
 
     def motion(self, motion: Motion) -> None:
         """Take in the board's report."""
@@ -114,6 +110,8 @@ class Odometry:
                 return None
             at_s = self._time_s
             piece = replace(piece, as_of_s=at_s)
+        if self._is_left_out(piece):
+            return self._turn_back(piece)
         sensor = self._heading_at(piece)
         is_back, steady = self._breaks.judge(at_s, sensor.known)
         judges = self._inexact.judge(at_s, sensor.exact)[1]
@@ -134,13 +132,45 @@ class Odometry:
         self._cross_check(found, dt_s, judges)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, sensor.rad
+        self._compare(piece, sensor, (fitted.points, fitted.normals))
         self._remember(piece, fitted)
         doubts = self._doubts.judge(self._seen(piece, sensor, fitted, judges))
         self._differs = DIFFERS in doubts
-        estimate = self._estimate(sensor.yaw_deg_s, found, doubts)
+        self._newest = self._estimate(sensor.yaw_deg_s, found, doubts)
         if LOST in doubts:
             self._begin_afresh()
-        return estimate
+        return self._newest
+
+    def _is_left_out(self, piece: Piece) -> bool:
+        """Whether another lidar is used instead: two that contradict each other mislead."""
+        before, known = self._left_out, self._mounting.known
+        self._left_out = None if known else self._shared_walls.compared.turned
+        if self._left_out not in (None, before):  # what it has seen is turned, too
+            self._surfaces.forget()
+        others = [at_s for lidar, at_s in self._heard_s.items() if lidar != piece.lidar]
+        return piece.lidar == self._left_out and piece.at_s - max(others) <= _SILENT_S
+
+    def _turn_back(self, piece: Piece) -> Estimate | None:
+        """Compare what a lidar sees that is left out with what the others have seen."""
+        sensor, state = heading_at(piece, self._reports, self._heading_rad), self._state
+        turned_deg = math.degrees(sensor.rad - self._heading_rad)
+        moved = self._newest and self._newest.left_out_at(piece.at_s, turned_deg, sensor.yaw_deg_s)
+        if not self._shared_walls.is_due(piece.at_s):
+            return moved
+        seen = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
+        self._compare(piece, sensor, seen)
+        back_deg = math.degrees(self._shared_walls.compared.by_rad)
+        piece = replace(piece, directions_deg=piece.directions_deg - back_deg)
+        found = self._match(piece, sensor, True, _STEP_FREE_RAD)[3]
+        off_rad = float(found.state[OFFSET] + found.state[ERROR] - state[OFFSET])
+        self._shared_walls.turned_back(off_rad, found.matched)
+        return moved
+
+    def _compare(self, piece: Piece, sensor: Heading, seen: tuple[FloatArray, FloatArray]) -> None:
+        """Compare lidars by walls; `seen`: the piece's points and normals."""
+        if len(self._heard_s) > 1 and sensor.exact and not self._reports.steps:
+            turned = np.array((0.0, 0.0, sensor.rad))
+            self._shared_walls.take(piece, *seen, self._state[:3] + turned)
 
     def _heading_at(self, piece: Piece) -> Heading:
         """What the board's sensor says of the time of the piece; its own steps are taken out."""
@@ -178,10 +208,10 @@ class Odometry:
     def _fit(self, piece: Piece, sensor: Heading, steady: bool) -> _Fitted:
         """Predict the motion until the piece, and correct it by the surfaces seen before."""
         points, normals, state, found = self._match(piece, sensor, steady)
-        self._turn.take(piece.at_s, found.told)
+        self._surfaces.note(piece.at_s, found)
         expected = float(state[X]), float(state[Y]), float(sensor.rad + state[OFFSET])
         old_or_turned = self._turned_piece.judge(
-            self._map, points, normals, piece.origin_m, expected, found.matched
+            self._surfaces.fine, points, normals, piece.origin_m, expected, found.matched
         ) or self._repeats(piece.at_s, found)
         return _Fitted(points, normals, found, old_or_turned)
 
@@ -192,14 +222,13 @@ class Odometry:
         state, covariance = self._predict(piece.at_s, sensor.rad, steady)
         covariance[OFFSET, OFFSET] += free_rad**2
         points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
-        before, known = self._turn.until(piece.at_s), (self._coarse, self._map)
-        found = fit(*known, points, normals, state, covariance, sensor.rad, before)
+        found = self._surfaces.fit(piece.at_s, points, normals, state, covariance, sensor.rad)
         return points, normals, state, found
 
     def _seen(self, piece: Piece, sensor: Heading, fitted: _Fitted, judges: bool) -> Seen:
         """What the doubts are judged by, after the state has taken the piece in."""
         at_s, yaw, found = piece.at_s, sensor.yaw_deg_s, fitted.fit
-        x, y = float(self._state[X]), float(self._state[Y])
+        x, y, _ = self._pose()
         return Seen(
             at_s,
             sensor.known,
@@ -227,12 +256,9 @@ class Odometry:
         if self._mounting.known:
             return
         assert self._time_s is not None
-        lidar = np.array((*piece.origin_m, 0.0))
+        lidar, turned = np.array((*piece.origin_m, 0.0)), np.array((0.0, 0.0, 1.0))
         steps = (self._state, self._heading_rad), (found.state, sensor.rad)
-        before, now = (
-            compose(np.array((state[X], state[Y], rad + state[OFFSET])), lidar)
-            for state, rad in steps
-        )
+        before, now = (compose(state[:3] + rad * turned, lidar) for state, rad in steps)
         moved_m = now[:2] - before[:2]
         if not self._mounting.turned:
             self._drift.turn(moved_m, self._mounting.sigma_rad)
@@ -243,25 +269,21 @@ class Odometry:
 
     def _is_turned(self, piece: Piece, fitted: _Fitted, yaw: float, known: bool) -> bool:
         assert self._time_s is not None
-        found = fitted.fit
-        state = found.state
-        angle = float(self._heading_rad + state[OFFSET] + state[ERROR])
-        across = np.array((-math.sin(angle), math.cos(angle)))
-        aside = across @ np.linalg.inv(found.information + np.eye(2)) @ across
+        found, pose = fitted.fit, self._pose()
+        across = np.array((-math.sin(pose[2]), math.cos(pose[2])))
         stand = Stand(
             self._time_s,
             piece.lidar,
-            float(state[X]),
-            float(state[Y]),
-            angle,
+            *pose,
             yaw,
-            float(state[ERROR]),
+            float(found.state[ERROR]),
             self._heading_check.lidars_deg,
             found.matched,
             known,
             fitted.old_or_turned,
-            math.degrees(state[OFFSET]),
-            float(aside) * LEAST_INFORMATION < 1.0,
+            math.degrees(found.state[OFFSET]),
+            is_told(found.information, across),
+            self._shared_walls.compared,
         )
         was_turned, sigma_rad = self._mounting.turned, self._mounting.sigma_rad
         turned = self._mounting.judge(stand)
@@ -304,13 +326,11 @@ class Odometry:
         """Start another track: nothing that is seen is known, as after being carried."""
         self._track += 1
         self._doubts.forget()
-        self._map.clear()
-        self._coarse.clear()
-        self._turn.forget()
-        self._inserted.clear()
+        self._shared_walls.forget()
+        self._surfaces.forget()
         self._drift = Drift()
         self._state[[FORWARD, SIDEWAYS]] = 0.0
-        self._covariance = _first_covariance()
+        self._covariance = _FIRST_COVARIANCE.copy()
 
     def _predict(
         self, at_s: float, heading: float, heading_known: bool
@@ -340,35 +360,27 @@ class Odometry:
             covariance[OFFSET, OFFSET] += (_UNKNOWN_RAD_S * dt_s) ** 2
         return state, covariance
 
+    def _pose(self) -> tuple[float, float, float]:
+        x, y, offset, error = self._state[[X, Y, OFFSET, ERROR]].tolist()
+        return x, y, self._heading_rad + offset + error
+
     def _remember(self, piece: Piece, fitted: _Fitted) -> None:
         if self._reports.steps:  # its heading may be wrong
             return
-        x, y = float(self._state[X]), float(self._state[Y])
-        angle = self._heading_rad + self._state[OFFSET] + self._state[ERROR]
-        if (before := self._inserted.get(piece.lidar)) is not None:
-            moved = math.hypot(x - before[0], y - before[1])
-            new = fitted.fit.known < _KNOWN
-            if moved < _INSERT_M and abs(angle - before[2]) < _INSERT_RAD and not new:
-                return
-        self._inserted[piece.lidar] = (x, y, angle)
-        c, s = math.cos(angle), math.sin(angle)
-        rotation = np.array(((c, s), (-s, c)))
-        for m in (self._map, self._coarse):
-            m.follow(x, y)
-            places = fitted.points @ rotation + (x, y)
-            m.insert(places, layers_of(fitted.normals @ rotation), piece.at_s)
+        seen = fitted.points, fitted.normals
+        self._surfaces.renew(piece.lidar, piece.at_s, *seen, self._pose(), fitted.fit.known)
 
     def _estimate(self, yaw: float, found: Fit, doubts: tuple[str, ...]) -> Estimate:
         assert self._time_s is not None
-        state, sigma = self._state, np.sqrt(np.diag(self._covariance))
-        angle = self._heading_rad + state[OFFSET] + state[ERROR]
+        (x, y, angle), state = self._pose(), self._state
+        sigma = np.sqrt(np.diag(self._covariance))
         along = np.array((math.cos(angle), math.sin(angle)))
         across = np.array((-along[1], along[0]))
         place = self._drift.with_match(self._covariance[:2, :2])
         return Estimate(
             self._time_s,
-            float(state[X]),
-            float(state[Y]),
+            x,
+            y,
             math.degrees(angle),
             float(state[FORWARD]),
             float(state[SIDEWAYS]),
@@ -382,8 +394,5 @@ class Odometry:
             self._track,
             math.degrees(self._mounting.sigma_rad),
             self._mounting.lidar if self._mounting.turned else None,
+            self._mounting.by_walls,
         )
-
-
-def _first_covariance() -> FloatArray:
-    return np.diag((1e-8, 1e-8, 1e-8, 0.01, 0.0025, _FULL_SIGMA_M_S**2, 1.0))

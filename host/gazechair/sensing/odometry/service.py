@@ -36,6 +36,7 @@ class OdometryService(InboxService):
         self._doubted_s: float | None = None
         self._differs_s = 0.0
         self._turned: int | None = None
+        self._turned_by_walls = False
         self.latest: Latest[Estimate] = Latest()
         """Its age counts from its measurements."""
 
@@ -62,7 +63,7 @@ class OdometryService(InboxService):
         self._obeys.judge(estimate)
         if doubts.DIFFERS in estimate.doubts:
             self._differs_s = time.monotonic()
-        self._turned = estimate.turned_lidar
+        self._turned, self._turned_by_walls = estimate.turned_lidar, estimate.turned_by_walls
         self._judge(", ".join(doubts.UNSURE.intersection(estimate.doubts)))
         for listener in self._listeners:
             listener(estimate)
@@ -75,8 +76,9 @@ class OdometryService(InboxService):
         if self._turned is not None:
             names = [config.name for config in self._lidars]
             names.insert(0, names.pop(self._turned))
+            names = names[:1] if self._turned_by_walls else names
             text = f"a lidar seems to be turned on its mount: {' or '.join(names)}"
-            self._health.set(states.DEGRADED, doubts.TURNED, text)
+            self._health.set(states.DEGRADED, doubts.TURNED, text, " / ".join(names))
         elif now_s < self._differs_s + _DIFFERS_S:
             self._health.set(states.DEGRADED, DIFFERS, "the lidars see another heading")
         elif not doubt:

@@ -79,11 +79,14 @@ class Atlas:
         if location is None:
             return None
         # A lidar that is turned turns the pose about itself.
-        sigma_rad = math.radians(self._mounting_sigma_deg)
+        mounting_rad = math.radians(self._mounting_sigma_deg)
+        mounting_m = mounting_rad * self._lidar_m
         return replace(
             location,
-            sigma_m=math.hypot(location.sigma_m, sigma_rad * self._lidar_m),
-            sigma_rad=math.hypot(location.sigma_rad, sigma_rad),
+            sigma_m=math.hypot(location.sigma_m, mounting_m),
+            sigma_rad=math.hypot(location.sigma_rad, mounting_rad),
+            mounting_m=mounting_m,
+            mounting_rad=mounting_rad,
         )
 
     @property

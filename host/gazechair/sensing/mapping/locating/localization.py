@@ -78,6 +78,10 @@ class Location:
     sigma_rad: float
     is_open: bool = False
     """Whether odometry alone tells the position in a direction, since the map does not."""
+    mounting_m: float = 0.0
+    """The part of `sigma_m` that comes from the lidars' directions on the chair."""
+    mounting_rad: float = 0.0
+    """The same of `sigma_rad`."""
 
 
 class Localization:

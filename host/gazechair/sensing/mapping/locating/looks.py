@@ -44,7 +44,7 @@ class Looks:
         if self._known and self._known[-1][1].track != estimate.track:
             self._known.clear()
         piece = taken_for(self._pieces, estimate.time_s)
-        if piece is None:
+        if piece is None or estimate.left_out:
             return False
         self._known.append((replace(piece, as_of_s=estimate.time_s), estimate))
         return True

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
@@ -36,6 +36,10 @@ class Whereabouts:
     sigma_deg: float
     explained: float
     """Share of the look that the map explains, 0..1; low in a crowd, or where much was moved."""
+    mounting_m: float = field(default=0.0, kw_only=True)
+    """The part of `sigma_m` that comes from the lidars' directions on the chair."""
+    mounting_deg: float = field(default=0.0, kw_only=True)
+    """The same of `sigma_deg`."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,8 @@ def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
         math.hypot(fix.sigma_m, _DRIFT * way_m),
         math.hypot(fix.sigma_deg, _DRIFT * turned_deg),
         fix.explained,
+        mounting_m=fix.mounting_m,
+        mounting_deg=fix.mounting_deg,
     )
 
 
