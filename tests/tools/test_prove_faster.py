@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from gazeprove import faster
 from gazeprove.parts import PARTS
-from gazesetup import NotAvailable
+from gazesetup import NotAvailable, source_environment
 
 
 def pretend(path: Path, does: str) -> Path:
@@ -60,3 +62,10 @@ def test_without_pypy_the_part_runs_here(
     monkeypatch.setattr(faster, "ensure_pypy", none)
     assert faster.run("decisions", False, print) == ({"quick": False}, [])
     assert "no archive" in capsys.readouterr().out
+
+
+def test_pypy_needs_nothing_but_the_sources() -> None:
+    """It has none of the packages that are installed here."""
+    words = [sys.executable, "-S", "-c", "from gazeprove import faster"]
+    done = subprocess.run(words, env=source_environment(), capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -12,9 +12,8 @@ import re
 import subprocess
 import sys
 import tempfile
+from importlib import metadata
 from pathlib import Path
-
-import numpy
 
 from gazeprove import promise_notes
 from gazeprove.pools import Note, Part
@@ -59,7 +58,7 @@ def digests() -> dict[str, str]:
     """The digest of each folder's own files; and which Python and numpy they run on."""
     found = {
         "Python": f"{sys.version_info.major}.{sys.version_info.minor}",
-        "numpy": numpy.__version__,
+        "numpy": metadata.version("numpy"),
         "pyproject.toml": _digest([ROOT / "pyproject.toml"]),
     }
     for root in _ROOTS:
