@@ -6,7 +6,6 @@ it proved: sources, tests, the prover's own files. `files` says of what such a h
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import tempfile
@@ -57,18 +56,7 @@ def write(
     files: dict[str, str],
     file: Path = FILE,
 ) -> None:
-    """Put one part's row in; the others stay, also those that another process writes now."""
-    folder = os.open(file.parent, os.O_RDONLY)
-    try:
-        fcntl.flock(folder, fcntl.LOCK_EX)
-        _write(part, figures, short, files, file)
-    finally:
-        os.close(folder)
-
-
-def _write(
-    part: str, figures: dict[str, Any], short: list[str], files: dict[str, str], file: Path
-) -> None:
+    """Put one part's row in; the others stay."""
     record = read(file)
     row = {"proved": not short, "of": digest_of(files), "figures": figures}
     rows = {**record["parts"], part: {**row, "short": short} if short else row}
