@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import signal
 import subprocess
 import sys
 import tempfile
@@ -12,6 +13,7 @@ from pathlib import Path
 from gazeprove.parts import PARTS
 from gazeprove.pools import Note, Part
 from gazesetup import NotAvailable, ensure_pypy, note, source_environment
+from gazesetup.family import dies_with_me
 
 # What needs neither the tests' libraries nor many short processes.
 FASTER = frozenset({"enumeration", "everything at once", "decisions", "fuzz"})
@@ -25,7 +27,8 @@ def run(part: str, quick: bool, note: Note) -> Part:
     with tempfile.TemporaryDirectory() as folder:
         answer = Path(folder) / "answer"
         words: list[str | Path] = [pypy, "-m", "gazeprove.faster", part, answer]
-        code = subprocess.run(words, env=source_environment()).returncode
+        ends = dies_with_me(signal.SIGTERM)
+        code = subprocess.run(words, env=source_environment(), preexec_fn=ends).returncode
         if code or not answer.exists():
             return {}, [f"PyPy ended with {code}"]
         figures, short = json.loads(answer.read_text())

@@ -7,6 +7,7 @@ is an error: then the firmware has changed, and the mutant has to follow.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from pathlib import Path
 from gazesetup import ROOT, source_environment
 
 _LIMIT_S = 900
+_BROKEN = re.compile(r"life (\d+), .*, tick ")
 _SAFETY = "firmware/gazeboard/core/safety.py"
 _AGES = "firmware/gazeboard/core/ages.py"
 _LIMITS = "firmware/gazeboard/core/limits.py"
@@ -222,9 +224,9 @@ class Found:
     """What the fuzzer said to one planted mistake."""
 
     name: str
-    found: bool
     said: str
     seconds: float
+    life: int  # the first that broke a promise; 0: none did
 
     def __str__(self) -> str:
         return f"{self.name}: {self.said} ({self.seconds:.1f} s)"
@@ -243,20 +245,27 @@ def plant(planted: Planted, folder: Path) -> list[str]:
     return roots
 
 
-def find(planted: Planted, ticks: int, seed: int) -> Found:
-    """Fuzz a copy with this mistake, so many ticks at most."""
+def find(planted: Planted, ticks: int, first: int, known: int = 0) -> Found:
+    """Fuzz a copy with this mistake, from life `first` on, so many ticks at most.
+
+    `known`: of those lives the one that broke a promise before, which is run before all others.
+    """
     started = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="gazefuzz-") as folder:
         env = source_environment()
         env["PYTHONPATH"] = os.pathsep.join((*plant(planted, Path(folder)), env["PYTHONPATH"]))
-        words = [sys.executable, "-m", "gazeprove.fuzz", "--seed", str(seed), "--ticks", str(ticks)]
-        done = subprocess.run(
-            [*words, "--only", planted.only],
-            env=env,
-            capture_output=True,
-            text=True,
-            timeout=_LIMIT_S,
-        )
+        said, life = _fuzz(planted.only, env, known, 1) if known else ("", 0)
+        if not life:
+            said, life = _fuzz(planted.only, env, first, ticks)
+    return Found(planted.name, said, time.monotonic() - started, life)
+
+
+def _fuzz(only: str, env: dict[str, str], first: int, ticks: int) -> tuple[str, int]:
+    """What the fuzzer says at last, and the life that broke a promise; 0 when none did."""
+    words = [sys.executable, "-m", "gazeprove.fuzz", "--seed", str(first), "--ticks", str(ticks)]
+    done = subprocess.run(
+        [*words, "--only", only], env=env, capture_output=True, text=True, timeout=_LIMIT_S
+    )
     said = (done.stdout + done.stderr).strip().splitlines()[-1]
-    found = done.returncode == 1 and ", tick " in said
-    return Found(planted.name, found, said, time.monotonic() - started)
+    life = _BROKEN.match(said)
+    return said, int(life[1]) if done.returncode == 1 and life else 0

@@ -57,7 +57,13 @@ class Killer:
         gc.freeze()  # a process for each mutant shares what there is
 
     def survives(self, module: str, mutant: Mutant, listed: bool = False) -> bool:
-        """True when every test passes that runs what the mutant changes.
+        """True when every test passes that runs what the mutant changes."""
+        return self.killed_by(module, mutant, listed) is None
+
+    def killed_by(
+        self, module: str, mutant: Mutant, listed: bool = False, first: Name | None = None
+    ) -> Name | None:
+        """A test that fails, of those that run what the mutant changes; `first` is tried first.
 
         `listed` tries quick tests only: it is known why none can kill it.
         """
@@ -67,7 +73,7 @@ class Killer:
             if self.ran.runs_loading(module, mutant.line):
                 raise RuntimeError(f"{module}.py:{mutant.line} runs before any test begins")
             tests, put_in = self._by_line.get((module, mutant.line), []), _replace_function
-        tried = self._quick(tests) if listed else self._ordered(module, mutant, tests)
+        tried = self._quick(tests) if listed else self._ordered(module, mutant, tests, first)
         by = self._killer(lambda: put_in(module, mutant), tried)
         if by is not None:
             for of in ((module, mutant.where), (module, _ANYWHERE)):
@@ -75,7 +81,7 @@ class Killer:
                 with suppress(ValueError):
                     known.remove(by)
                 known.insert(0, by)
-        return by is None
+        return by
 
     def _quick(self, tests: Sequence[Name]) -> list[Name]:
         """The fastest of them, within what a listed mutant may take."""
@@ -87,12 +93,15 @@ class Killer:
                 chosen.append(test)
         return chosen
 
-    def _ordered(self, module: str, mutant: Mutant, tests: Sequence[Name]) -> list[Name]:
-        """Those that killed in the same function first, then in the module, then the fastest."""
+    def _ordered(
+        self, module: str, mutant: Mutant, tests: Sequence[Name], first: Name | None
+    ) -> list[Name]:
+        """`first`, those that killed in the same function, then in the module, then the fastest."""
         near = self._killed.get((module, mutant.where), [])
         known = [*near, *self._killed.get((module, _ANYWHERE), [])[:_NEIGHBOURS]]
         able = set(tests)
-        return [test for test in dict.fromkeys((*known, *tests)) if test in able]
+        order = dict.fromkeys(((first,) if first else ()) + (*known, *tests))
+        return [test for test in order if test in able]
 
     def _killer(self, put_in: Callable[[], None], tests: Sequence[Name]) -> Name | None:
         """The test that fails, or None. Raises RuntimeError when the mutant cannot be put in."""

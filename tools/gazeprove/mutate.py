@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import copy
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import CodeType
@@ -37,6 +38,7 @@ class Mutant:
     """One changed module. `where` is its function, `change` the line before and after."""
 
     where: str
+    number: int  # among those of `where`
     line: int
     change: str
     path: tuple[str, ...]  # to the function that `code` is for; (): the whole module's
@@ -50,15 +52,18 @@ class Mutant:
 
 def mutants(source: str, every: int = 1, first: int = 0) -> Iterator[Mutant]:
     """One in `every` mutants of a module's source from number `first` on, compiled."""
+    of: Counter[str] = Counter()
     for number, change in enumerate(changes(source)):
+        where = change.where
         if number % every == first:
             code = _code_of(change.tree, change.path)
-            yield Mutant(change.where, change.line, change.text, change.path, code)
+            yield Mutant(where, of[where], change.line, change.text, change.path, code)
+        of[where] += 1
 
 
 def unchanged(source: str) -> Mutant:
     """The module as it is: what no test may kill."""
-    return Mutant("module", 0, "nothing", (), compile(source, "unchanged", "exec"))
+    return Mutant("module", -1, 0, "nothing", (), compile(source, "unchanged", "exec"))
 
 
 def keys(source: str) -> set[tuple[str, str]]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,7 @@ from pathlib import Path
 from gazeprove import promise_notes
 from gazeprove.pools import Note, Part
 from gazesetup import ROOT, ensure_micropython, source_environment
+from gazesetup.family import dies_with_me
 
 NAME = "costly"  # the part and the tests' mark
 _MARKS = f"{NAME} and not (recorded or long)"
@@ -46,6 +48,7 @@ def costly(quick: bool, note: Note) -> Part:
             stderr=subprocess.STDOUT,
             text=True,
             timeout=_LIMIT_S,
+            preexec_fn=dies_with_me(signal.SIGTERM),
         )
         notes = promise_notes.worst(promise_notes.read(Path(folder)))
     passed = re.search(r"(\d+) passed", done.stdout)

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from gazelink import codes
-from gazeprove import fuzz, fuzz_mutants
+from gazeprove import fuzz, fuzz_mutants, record_file
 from gazeprove.pools import NOTE_EVERY_S, Note, Part
 
 _FIRST_SEED = 1
@@ -55,12 +55,19 @@ def fuzzing(quick: bool, note: Note) -> Part:
 def planted_mistakes(quick: bool, note: Note) -> Part:
     """Mistakes planted in copies of the firmware, which the fuzzer must find."""
     chosen = fuzz_mutants.PLANTED[:: _QUICK_PLANTED if quick else 1]
+    known = dict(record_file.figures("planted").get("lives", ()))
+    lives: list[tuple[str, int]] = []
     short: list[str] = []
-    figures = {"planted": len(chosen), "found": 0}
+
+    def find(planted: fuzz_mutants.Planted) -> fuzz_mutants.Found:
+        of = known.get(planted.name, 0)
+        return fuzz_mutants.find(planted, _PLANTED_TICKS, _FIRST_SEED, of)
+
     with ThreadPoolExecutor(1 if quick else os.cpu_count()) as pool:
-        for found in pool.map(lambda p: fuzz_mutants.find(p, _PLANTED_TICKS, _FIRST_SEED), chosen):
-            figures["found"] += found.found
+        for found in pool.map(find, chosen):
             note(str(found))
-            if not found.found:
+            if found.life:
+                lives.append((found.name, found.life))
+            else:
                 short.append(str(found))
-    return figures, short
+    return {"planted": len(chosen), "found": len(lives), "lives": lives}, short

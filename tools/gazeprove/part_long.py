@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -21,6 +22,7 @@ from gazesetup import (
     ensure_wasm,
     source_environment,
 )
+from gazesetup.family import dies_with_me
 
 _TESTS = ROOT / "tests"
 _FLASHED = _TESTS / "host" / "service" / "test_flash_calls.py"
@@ -121,4 +123,5 @@ def _finish(words: list[str], env: dict[str, str]) -> subprocess.CompletedProces
         stderr=subprocess.STDOUT,
         text=True,
         timeout=_LIMIT_S,
+        preexec_fn=dies_with_me(signal.SIGTERM),
     )

@@ -12,12 +12,20 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from gazeprove import equivalents, part_core, part_costly, part_fuzz, part_long, part_tests
+from gazeprove import (
+    equivalents,
+    part_core,
+    part_costly,
+    part_fuzz,
+    part_long,
+    part_tests,
+    record_file,
+)
 from gazeprove.modules import MODULES, file_of, suite_files
 from gazeprove.sources import digest_of, digests
-from gazesetup import ROOT
 
-FILE = ROOT / "docs" / "proof.json"
+FILE = record_file.FILE
+read = record_file.read
 _SAYS = "Written by tools/prove. Whatever changes one of these files makes it out of date."
 
 # part -> where its imports begin
@@ -39,14 +47,6 @@ _BEGINS = {
 def files_of(part: str) -> dict[str, str]:
     """What a part proves now: the digest of each file."""
     return part_costly.digests() if part == part_costly.NAME else digests(_BEGINS[part])
-
-
-def read(file: Path = FILE) -> dict[str, Any]:
-    """The record; an empty one when there is none."""
-    if not file.exists():
-        return {"parts": {}, "files": {}}
-    found: dict[str, Any] = json.loads(file.read_text())
-    return found
 
 
 def write(

@@ -40,40 +40,54 @@ class Ran:
 
 @functools.cache
 def run_tests() -> Ran:
-    """Run all suites once, in a process of its own. Raises RuntimeError when a test fails."""
+    """Run all suites once, in processes of their own. Raises RuntimeError when a test fails."""
+    processes = os.cpu_count() or 1
+    running = [_begin(number, processes) for number in range(processes)]
+    found = Ran()
+    for pid, answer in running:
+        with os.fdopen(answer, "rb") as pipe:
+            part: Ran = pickle.load(pipe)
+        os.waitpid(pid, 0)
+        found.places = part.places
+        found.loading |= part.loading
+        found.by_test |= part.by_test
+        found.seconds |= part.seconds
+        found.failed = found.failed or part.failed
+    if found.failed:
+        raise RuntimeError(f"the modules' own tests fail without any mutant:\n{found.failed}")
+    return found
+
+
+def _begin(number: int, processes: int) -> tuple[int, int]:
+    """A process that runs every so many-th test: its number, and where it reports."""
     answer, report = os.pipe()
     pid = os.fork()
     if pid == 0:
         os.close(answer)
         ran = Ran()
         try:
-            _run(ran)
+            _run(ran, number, processes)
         except BaseException:
             ran.failed = traceback.format_exc()
         with os.fdopen(report, "wb") as pipe:
             pickle.dump(ran, pipe)
         os._exit(0)
     os.close(report)
-    with os.fdopen(answer, "rb") as pipe:
-        found: Ran = pickle.load(pipe)
-    os.waitpid(pid, 0)
-    if found.failed:
-        raise RuntimeError(f"the modules' own tests fail without any mutant:\n{found.failed}")
-    return found
+    return pid, answer
 
 
-def _run(ran: Ran) -> None:
+def _run(ran: Ran, number: int, processes: int) -> None:
     marked = Marked(tuple(MODULES))
     ran.places = marked.places
     marked.install()
     suites = {name: suite(name) for name in SUITES}
     ran.loading = marked.ran()
-    for name, module in suites.items():
-        for test in _names(module):
-            start = time.process_time()
-            call(module, test)
-            ran.seconds[name, test] = time.process_time() - start
-            ran.by_test[name, test] = marked.ran()
+    tests = [(name, test) for name, module in suites.items() for test in _names(module)]
+    for name, test in tests[number::processes]:
+        start = time.process_time()
+        call(suites[name], test)
+        ran.seconds[name, test] = time.process_time() - start
+        ran.by_test[name, test] = marked.ran()
 
 
 def _names(module: ModuleType) -> list[str]:
