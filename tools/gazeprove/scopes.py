@@ -28,7 +28,7 @@ def scopes(quick: bool) -> list[Scope]:
     """The explorations of the quick or of the full form."""
     if quick:
         return [Scope("nothing goes wrong")]
-    return [  # the largest first, so that no process waits for the last one
+    return [
         Scope("every command and order", all_commands=True),
         *(_of(*pair) for pair in reversed(_PAIRS)),
         Scope("a contact that nobody fitted", frozenset({"relay"}), relay_fitted=False),
