@@ -84,7 +84,7 @@ def _prepare() -> None:
     The firmware collects its garbage once a second of its own time. That changes nothing here, and
     takes as long as all else in that second.
     """
-    gc.collect = lambda *_: 0  # type: ignore[assignment]
+    gc.collect = lambda *_: 0
     if hasattr(gc, "freeze"):  # PyPy's has none
         gc.freeze()
 
