@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from gazeprove import part_costly, record
 from gazesetup import ROOT
+from patience import wait_until
 
 GOOD = "import pytest\n\n@pytest.mark.costly\ndef test_it():\n    assert True\n"
+
+
+ENDLESS = """import os, pathlib, time, pytest
+
+@pytest.mark.costly
+def test_it():
+    pathlib.Path("running").write_text(str(os.getpid()))
+    while True:
+        time.sleep(0.01)
+"""
+PROVER = """from pathlib import Path
+from gazeprove import part_costly
+part_costly.ROOT = Path.cwd()
+part_costly._TESTS = Path.cwd() / "tests"
+part_costly.costly(False, print)
+"""
 
 
 def written(root: Path, name: str, text: str) -> Path:
@@ -72,6 +92,27 @@ def test_only_tests_that_all_passed_count(tree: Path, text: str, tests: int, who
     written(tree, "tests/test_one.py", text)
     figures, short = part_costly.costly(False, print)
     assert (figures["tests"], not short) == (tests, whole)
+
+
+def runs(pid: int) -> bool:
+    """Whether there is such a process, other than one that has ended and nobody waits for."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_the_tests_end_with_a_prover_that_is_killed(tree: Path) -> None:
+    written(tree, "tests/test_one.py", ENDLESS)
+    running = tree / "running"
+    with subprocess.Popen(
+        [sys.executable, "-c", PROVER],
+        cwd=tree,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))},
+    ) as prover:
+        wait_until(lambda: running.exists() and running.read_text(), "a test that runs")
+        prover.kill()
+    wait_until(lambda: not runs(int(running.read_text())), "the end of its process")
 
 
 def test_no_costly_test_needs_a_clock_a_browser_or_a_board() -> None:
