@@ -94,6 +94,26 @@ def test_a_record_says_whether_the_files_are_the_same(
     assert "FELL SHORT" in record.sentence(file)
 
 
+def test_a_record_that_cannot_be_written_leaves_the_one_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "allday.json"
+    day = Report("")
+    day.add("hours driven", 24.01, "h", 24.0, at_least=True)
+    record.write(day, file)
+    before = file.read_text()
+    write = Path.write_text
+
+    def full(path: Path, text: str) -> int:
+        write(path, text[:20])
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(OSError, match="No space"):
+        record.write(day, file)
+    assert file.read_text() == before
+
+
 def test_a_drive_is_replayed_equal(tmp_path: Path) -> None:
     chair = DayChair(tmp_path, record=True)
     allday_replay.cable(chair)

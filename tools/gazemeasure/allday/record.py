@@ -5,27 +5,24 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from gazemeasure import on_record
 from gazemeasure.report import Report
-from gazeprove.sources import digest_of, digests
 from gazesetup import ROOT
 
-_DOCS = ROOT / "docs"
-FILE = _DOCS / "allday.json" if _DOCS.is_dir() else None
-"""None outside of a checkout: nothing is stored there."""
+FILE = on_record.file_of("allday.json")
 # A life runs these files and everything that they import.
 _BEGINS = (Path(__file__).with_name("chair.py"), ROOT / "firmware/gazeboard/main.py")
 
 
 def digest() -> str:
     """One digest of all files that a life runs."""
-    return digest_of(digests(_BEGINS))
+    return on_record.digest(_BEGINS)
 
 
 def write(day: Report, file: Path | None = FILE) -> None:
     """Store the figures of a whole day; its first figure is the hours that were driven."""
     if file is not None:
-        record = {"of": digest(), **json.loads(day.json())}
-        file.write_text(json.dumps(record, indent=1) + "\n")
+        on_record.write(file, {"of": digest(), **json.loads(day.json())})
 
 
 def sentence(file: Path | None = FILE) -> str:

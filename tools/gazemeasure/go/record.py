@@ -7,7 +7,6 @@ changes, all missions start again.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from multiprocessing import get_context
@@ -16,12 +15,10 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from gazeprove.sources import digest_of, digests
+from gazemeasure import on_record
 from gazesetup import ROOT
 
-_DOCS = ROOT / "docs"
-FILE = _DOCS / "missions.json" if _DOCS.is_dir() else None
-"""None outside of a checkout: nothing is kept there."""
+FILE = on_record.file_of("missions.json")
 _HERE = Path(__file__).parent
 # Missions depend on these files and on everything that they import.
 _BEGINS = (
@@ -83,7 +80,7 @@ def gather(
 
 def digest() -> str:
     """One digest of all files that missions depend on."""
-    return digest_of(digests(_BEGINS))
+    return on_record.digest(_BEGINS)
 
 
 def _key(job: Job) -> str:
@@ -114,9 +111,7 @@ def _write(file: Path, of: str, rows: dict[str, dict[str, Any]]) -> None:
     for _, row in sorted(rows.items()):
         kinds.setdefault(row["kind"], []).append(row)
     record = {"of": of, "kinds": {kind: _summary(of_it) for kind, of_it in kinds.items()}}
-    fresh = file.with_suffix(".new")
-    fresh.write_text(json.dumps({**record, "missions": dict(sorted(rows.items()))}, indent=1))
-    os.replace(fresh, file)
+    on_record.write(file, {**record, "missions": dict(sorted(rows.items()))})
 
 
 def _summary(done: list[dict[str, Any]]) -> dict[str, Any]:
