@@ -12,7 +12,8 @@ from gazeboard.core.stopping import Stopping
 from gazeboard.io.settings import Settings
 from gazechair.base.footprint import Footprint
 from gazechair.sensing.clearance.reach import LidarReach
-from gazechair.sensing.clearance.standing import Approach, Standing
+from gazechair.sensing.clearance.standing import Approach, Standing, like_persons
+from gazechair.sensing.clearance.surface import surfaces
 from gazechair.sensing.clearance.walls import goes_on
 from gazelink import codes, zone
 from gazelink.settings_table import PROFILES
@@ -250,3 +251,21 @@ def test_where_the_board_does_not_go_on_waiting_helps() -> None:
         judged = Judged()
         stuck = judged.look(float(way_m), 0.2) < goes_on_m
         assert not stuck or judged.look(float(way_m), 10.5) >= goes_on_m
+
+
+def test_objects_without_a_point_that_counts_are_left_out() -> None:
+    rng = np.random.default_rng(3)
+    seen_before_the_first_point = 0
+    for _ in range(200):
+        bearings = np.sort(rng.uniform(-np.pi, np.pi, 700))
+        ranges = np.full(700, 3.0)
+        for middle in (math.pi, *rng.uniform(-np.pi, np.pi, 6)):  # one straight behind the lidar
+            apart = np.abs((bearings - middle + np.pi) % (2.0 * np.pi) - np.pi)
+            ranges[apart < rng.uniform(0.02, 0.2)] = rng.uniform(0.5, 2.5)
+        points = np.stack((np.cos(bearings) * ranges, np.sin(bearings) * ranges), axis=1)
+        seen = surfaces(points, (0.0, 0.0))
+        where = rng.random(700) < rng.choice((0.0, 0.003, 0.02, 1.0))
+        found = [one.tolist() for one in like_persons(seen, where)]
+        assert found == [one.tolist() for one in like_persons(seen) if where[one].any()]
+        seen_before_the_first_point += any(one[0] > one[-1] for one in found)
+    assert seen_before_the_first_point > 20

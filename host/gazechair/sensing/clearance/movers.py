@@ -120,7 +120,7 @@ class Movers:
         # How the range in a fixed direction changes with the chair's travel and turn.
         of_way = (-c - ratio * s) / slant
         of_turn = (y0 * c - x0 * s + ratio * (y0 * s + x0 * c) + slope) / slant
-        changes = np.stack((of_way, of_turn))
+        changes = np.array((of_way, of_turn))
         way_m, turn = self.speed_m_s * elapsed_s, math.radians(self.rate_deg_s) * elapsed_s
         gap = np.zeros(_BINS)
         for _ in range(_PASSES):

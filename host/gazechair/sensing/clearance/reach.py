@@ -128,18 +128,14 @@ class LidarReach:
         return math.inf if least > self._bend_m else least
 
     def _persons(self, seen: Surfaces) -> list[NDArray[np.int64]]:
-        things = like_persons(seen)
-        if not things:
-            return things
         # Only what is straight ahead: a door post beside the path is as wide as a leg.
         low_m, high_m = self._across_m
         across_m = seen.points_m[:, 1]
         in_way = (across_m > low_m) & (across_m < high_m)
         return [
             thing[in_way[thing]]
-            for thing in things
-            if in_way[thing].any()
-            and not any(goes_on(seen.points_m[thing], other) for other in self._others)
+            for thing in like_persons(seen, in_way)
+            if not any(goes_on(seen.points_m[thing], other) for other in self._others)
         ]
 
     def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> Bytes:

@@ -16,6 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.footprint import BoolArray
 from gazechair.sensing.clearance.surface import Surfaces
 from gazechair.sensing.clearance.zone import Stopping
 from gazelink import zone
@@ -73,8 +74,11 @@ class Approach:
         return told + max(0.0, way_m - float(self._from_m[-1]))
 
 
-def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
-    """For each object as wide as a person, the indices of its points."""
+def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray[np.int64]]:
+    """For each object as wide as a person, the indices of its points.
+
+    `where`: (N,), only objects with a point for which it is True; None: all.
+    """
     points_m = seen.points_m
     if len(points_m) < _LEAST_BEAMS:
         return []
@@ -91,7 +95,12 @@ def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
     across = points_m.take(ends, axis=0) - points_m.take(firsts, axis=0)
     wide_m = np.hypot(across[:, 0], across[:, 1])
     wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
-    found = (wide & (ends - firsts + 1 >= _LEAST_BEAMS)).nonzero()[0].tolist()
+    wide &= ends - firsts + 1 >= _LEAST_BEAMS
+    if where is not None:
+        counted = where.nonzero()[0]  # twice: the first object may begin before the first point
+        counted = np.concatenate((counted - len(points_m), counted))
+        wide &= counted.searchsorted(ends, "right") > counted.searchsorted(firsts)
+    found = wide.nonzero()[0].tolist()
     objects = [np.arange(firsts[one], ends[one] + 1) % len(points_m) for one in found]
     # The ends of walls all round the lidar are close together, too.
     return [one for one in objects if (np.ptp(points_m[one], axis=0) <= _WIDE_M[1]).all()]

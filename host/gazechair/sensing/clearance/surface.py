@@ -93,13 +93,14 @@ def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatAr
     # A row for each neighbour, the beam itself in the middle; padded at the ends.
     centres, towards = ranges.take(near), bearings.take(near)
     around = _windows(centres)
-    close = np.abs(_windows(towards) - towards) < _WINDOW_RAD
+    apart = _windows(towards) - towards
+    close = np.abs(apart, out=apart) < _WINDOW_RAD
     for _ in range(2):  # the second time, the centre itself is no outlier
-        apart = np.subtract(around, centres)
+        np.subtract(around, centres, out=apart)
         taken = np.abs(apart, out=apart) < gate_m
         taken &= close
-        count = taken.view(np.uint8).sum(axis=0, dtype=np.uint8)
-        total = np.multiply(around, taken, out=apart).sum(axis=0)
+        count = np.add.reduce(taken.view(np.uint8), axis=0, dtype=np.uint8)
+        total = np.add.reduce(np.multiply(around, taken, out=apart), axis=0)
         centres = np.where(count > 0, total / np.maximum(count, 1), centres)
     smooth = ranges.copy()
     smooth[near] = centres

@@ -37,6 +37,8 @@ _PROBE_M = 0.005
 _PROBE_RAD = 0.01
 _DEEPER = 0.2  # share of the probe: sliding along the body is not deeper
 
+_BOTH = np.array((1.0, -1.0))[:, None, None]  # left and right
+
 Path = Callable[[FloatArray], FloatArray]
 
 
@@ -50,9 +52,9 @@ class Sweeps:
         every = np.concatenate((sides, _sides(body)))
         self._circles = _Circles(sides)
         self._every_circles = _Circles(every)
-        # Relative to the centre of each bend; the first half of the rows bends left.
+        # To the left and to the right, relative to the centre of the bend.
         middles = [(0.0, side / BEND_PER_M) * 2 for side in (1.0, -1.0)]
-        self._bends = _Circles(np.concatenate([_sides(body) - middle for middle in middles]))
+        self._bends = _Circles(np.stack([_sides(body) - middle for middle in middles]))
         self._spread = math.tan(math.radians(HEADING_TOLERANCE_DEG))
         corners = np.concatenate(footprint.parts)
         self._ends_m = {sign: float((sign * corners[:, 0]).max()) for sign in (1.0, -1.0)}
@@ -124,13 +126,9 @@ class Sweeps:
             held = close[inside(self._footprint.body, by)]
         x, y = points[:, 0], points[:, 1] - np.sign(points[:, 1]) * nearer_m
         radius_m = 1.0 / BEND_PER_M
-        side = np.array(((1.0,), (-1.0,)))
-        aside = y - side * radius_m
-        bends = len(self._footprint.body)
-        squared = np.repeat(x**2 + aside**2, bends, axis=0)
-        crossings, real = self._bends.crossings(squared)
-        own = np.repeat(np.arctan2(aside, x), bends, axis=0)
-        turns = np.repeat(side, bends, axis=0) * (crossings - own)
+        aside = y - _BOTH * radius_m
+        crossings, real = self._bends.crossings(x**2 + aside**2)
+        turns = _BOTH * (crossings - np.arctan2(aside, x))
         ways_m = radius_m * _least(turns, real)
         ways_m[ways_m > range_m] = np.inf
         ways_m[held] = np.inf
@@ -255,7 +253,8 @@ def _circle(points: FloatArray, sign: float) -> Path:
 
 def _least(turns: FloatArray, real: BoolArray) -> FloatArray:
     """(N,): each point's least real turn, wrapped to one turn; inf = none."""
-    least: FloatArray = np.where(real, in_turn(turns, _FULL_TURN), np.inf).min(axis=(0, 1))
+    wrapped = np.where(real, in_turn(turns, _FULL_TURN), np.inf)
+    least: FloatArray = wrapped.reshape(-1, turns.shape[-1]).min(axis=0)
     return least
 
 
@@ -280,22 +279,26 @@ class _Rays:
 
 
 class _Circles:
-    """Circles about the origin through each of S sides."""
+    """Circles about the origin through each of S sides; or, of each row of sides, about its own."""
 
     def __init__(self, sides: FloatArray) -> None:
-        self._ax, self._ay = sides[:, :1], sides[:, 1:2]
-        self._ex, self._ey = sides[:, 2:3] - self._ax, sides[:, 3:] - self._ay
+        """`sides`: (S, 4) or (rows, S, 4)."""
+        self._ax, self._ay = sides[..., :1], sides[..., 1:2]
+        self._ex, self._ey = sides[..., 2:3] - self._ax, sides[..., 3:] - self._ay
         self._a = self._ex**2 + self._ey**2
         self._b = self._ax * self._ex + self._ay * self._ey
+        self._b_squared, self._far = self._b**2, self._ax**2 + self._ay**2
 
     def crossings(self, squared_m: FloatArray) -> tuple[FloatArray, BoolArray]:
         """(2, S, N): the angles (radians) at which circles of these radii squared cross each side.
 
-        And whether they do; where one does not, the angle means nothing. `squared_m`: (N,), the
-        same for all sides, or (S, N).
+        And whether they do; where one does not, the angle means nothing. `squared_m`: (N,); or
+        (rows, 1, N), and the result is (2, rows, S, N).
         """
-        root = self._b**2 - self._a * (self._ax**2 + self._ay**2 - squared_m)
+        root = self._b_squared - self._a * (self._far - squared_m)
         spread = np.sqrt(np.maximum(root, 0.0))
-        share = np.stack((-self._b - spread, -self._b + spread)) / self._a
+        share = np.array((-spread, spread))
+        share -= self._b
+        share /= self._a
         real = (root >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
         return np.arctan2(self._ay + share * self._ey, self._ax + share * self._ex), real

@@ -7,6 +7,8 @@ against that wall stands out from it.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
@@ -20,10 +22,13 @@ _LEAST_POINTS = 8
 def goes_on(piece_m: FloatArray, others_m: FloatArray) -> bool:
     """True if `piece_m` (N, 2) is part of a wall in `others_m` (M, 2), another lidar's returns."""
     middle = piece_m.mean(axis=0)
-    near = others_m[np.hypot(*(others_m - middle).T) < _AROUND_M]
+    apart_m = np.hypot(others_m[:, 0] - middle[0], others_m[:, 1] - middle[1])
+    near = others_m.take((apart_m < _AROUND_M).nonzero()[0], axis=0)
     if len(near) < _LEAST_POINTS:
         return False
-    along = np.linalg.svd(piece_m - middle, full_matrices=False)[2][0]
+    x, y = (piece_m - middle).T
+    direction = 0.5 * math.atan2(2.0 * (x @ y), x @ x - y @ y)  # of the longest extent
+    along = np.array((math.cos(direction), math.sin(direction)))
     off = np.abs((near - middle) @ (-along[1], along[0]))
     if off.max() > _FLAT_M or np.abs((piece_m - middle) @ (-along[1], along[0])).max() > _FLAT_M:
         return False

@@ -162,7 +162,8 @@ def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _N
     chosen = missing & (np.bincount(bins_before, minlength=BINS) > 0)
     chosen &= np.bincount(bins_oldest, minlength=BINS) > 0
     filled = _join(newest, _pick(before, chosen[bins_before]))
-    # Only obstacles of the oldest: they can only reduce a clearance, so their age does not count.
+    # Only obstacles of the oldest (a copy): they can only reduce a clearance, so their age does
+    # not count.
     obstacles = _pick(oldest, chosen[bins_oldest] & (oldest[1] > 0.0))
     obstacles[2] = np.inf
     return _join(filled, obstacles)
@@ -173,7 +174,11 @@ def _bins(nodes: _Nodes) -> NDArray[np.int64]:
 
 
 def _pick(nodes: _Nodes, chosen: NDArray[np.bool_]) -> _Nodes:
-    return nodes.take(chosen.nonzero()[0], axis=1)
+    """The chosen columns: a view if they are neighbours, as nearly always."""
+    at = chosen.nonzero()[0]
+    if len(at) and at[-1] - at[0] + 1 == len(at):
+        return nodes[:, at[0] : at[-1] + 1]
+    return nodes.take(at, axis=1)
 
 
 def _join(*nodes: _Nodes) -> _Nodes:
