@@ -112,9 +112,7 @@ def _normals(points: FloatArray, beams: FloatArray) -> FloatArray:
     normals = beams.copy()
     if len(points) < 3:
         return normals
-    step = np.diff(points, axis=0)
-    close = np.hypot(step[:, 0], step[:, 1]) < _NEIGHBOUR_M
-    both = np.flatnonzero(close[1:] & close[:-1]) + 1
+    both = np.flatnonzero(on_surface(points))
     along = points[both + 1] - points[both - 1]
     length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)
     normal = np.stack((-along[:, 1], along[:, 0]), axis=1) / length[:, None]
@@ -122,6 +120,13 @@ def _normals(points: FloatArray, beams: FloatArray) -> FloatArray:
     normal[away] = -normal[away]
     normals[both] = normal
     return normals
+
+
+def on_surface(points: FloatArray) -> BoolArray:
+    """(N,): which consecutive points have both neighbours nearby: their normals are measured."""
+    near = np.zeros(len(points) + 1, dtype=np.bool_)
+    near[1:-1] = np.hypot(*np.diff(points, axis=0).T) < _NEIGHBOUR_M
+    return near[1:] & near[:-1]
 
 
 def stand_alone(points: FloatArray) -> BoolArray:
