@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from corridorrig import BEGINS_S, Straight, corridor
+from corridorrig import BEGINS_S, Straight, corridor, with_doors
 from gazechair.sensing.odometry.apart import Constraints
-from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED
+from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED, STUCK
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
@@ -32,9 +32,10 @@ def drive(
     seconds: float,
     speed_m_s: float = 0.0,
     bed_m_s: float | None = None,
+    per_turn: int = 1600,
 ) -> list[tuple[Estimate, float]]:
     """The estimates, and how far each is off along the corridor."""
-    driven = Drive(home_plans.home(4), 3, lidars)
+    driven = Drive(home_plans.home(4), 3, lidars, per_turn)
     driven.home = home
     permille = (800 if speed_m_s else 0, 0)
     pose = Pose(0.0, 0.0, 0.0)
@@ -77,6 +78,17 @@ def test_two_cupboards_apart_tell_the_place_along_a_corridor() -> None:
     found = drive(corridor(*cupboards), (FRONT,), 5.0, speed_m_s=0.6)
     assert max(abs(off_m) for _, off_m in found) < 0.05
     assert found[-1][0].along_sigma_m < 0.1
+
+
+@pytest.mark.parametrize("first_m", [-28.3, -28.35])
+def test_a_rear_lidar_alone_between_doors_does_not_take_the_chair_for_standing(
+    first_m: float,
+) -> None:
+    doors = with_doors(first_m, 4.0)
+    found = drive(doors, (REAR,), 7.0, speed_m_s=0.6, per_turn=800)
+    assert all(abs(off_m) < 3.0 * one.along_sigma_m + 0.05 for one, off_m in found)
+    assert max(abs(off_m) for _, off_m in found) < 0.1
+    assert not any({STUCK, PUSHED} & set(one.doubts) for one, _ in found)
 
 
 def surfaces(*parts: tuple[float, float, float]) -> Constraints:

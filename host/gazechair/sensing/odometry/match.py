@@ -10,7 +10,7 @@ import numpy as np
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.odometry.apart import CORRELATED, Constraints, together
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
-from gazechair.sensing.odometry.points import on_surface, stand_alone
+from gazechair.sensing.odometry.points import on_flat, stand_alone
 from gazechair.sensing.odometry.straight import as_seen, main_direction, straightened
 
 # The state: x, y (m), offset of the heading (rad), speeds forward and sideways (m/s), the speed of
@@ -68,7 +68,7 @@ def fit(
 
     `before`: what earlier pieces of the same turn tell.
     """
-    alone, measured = stand_alone(points), on_surface(points)
+    alone, flat = stand_alone(points), on_flat(points)
     state = prior.copy()
     distance = np.hypot(points[:, 0], points[:, 1])
     variance = (_NOISE_M + _NOISE_PER_M * distance) ** 2
@@ -79,7 +79,7 @@ def fit(
         turned = points @ rotation
         if iteration == 0:
             layers = layers_of(normals @ rotation)
-            facing = np.where(measured, np.arctan2(normals[:, 1], normals[:, 0]) + angle, np.nan)
+            facing = np.where(flat, np.arctan2(normals[:, 1], normals[:, 0]) + angle, np.nan)
         surfaces = coarse if iteration < _COARSE else fine
         moments, centres = surfaces.look_up(turned + state[:2], layers)
         rows, residuals, spread = _rows(moments, centres, turned, state[:2], alone, facing)
