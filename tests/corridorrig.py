@@ -1,4 +1,4 @@
-"""A bare corridor, and a driver who drives straight along it."""
+"""A corridor, bare or with doors, and a driver who drives straight along it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from gazesim.rooms import Solid, box
 
 HALF_M = 0.65  # of the corridor's width
 BEGINS_S = 1.5
+DOOR_M, DEEP_M = 0.9, 0.10  # doors, and how far they lie back
 BED_M = 1.5  # from the drive axle
 
 
@@ -43,3 +44,18 @@ def corridor(*more: Solid) -> Home:
     walls = tuple((-30.0, side, 30.0, side) for side in (-HALF_M, HALF_M))
     ends = tuple((x, -HALF_M, x, HALF_M) for x in (-30.0, 30.0))
     return Home("corridor", (*walls, *ends), more)
+
+
+def with_doors(first_m: float, every_m: float) -> Home:
+    """Doors on both sides, those on the left half of the distance farther on."""
+    walls = []
+    for side, begins_m in ((-1.0, first_m), (1.0, first_m + 0.5 * every_m)):
+        near, deep, x = side * HALF_M, side * (HALF_M + DEEP_M), -30.0
+        while begins_m < 28.0:
+            ends_m = begins_m + DOOR_M
+            walls += [(x, near, begins_m, near), (begins_m, near, begins_m, deep)]
+            walls += [(begins_m, deep, ends_m, deep), (ends_m, deep, ends_m, near)]
+            x, begins_m = ends_m, begins_m + every_m
+        walls.append((x, near, 30.0, near))
+    ends = tuple((x, -HALF_M, x, HALF_M) for x in (-30.0, 30.0))
+    return Home("corridor", (*walls, *ends))

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from corridorrig import BEGINS_S, Straight, corridor
+from corridorrig import BEGINS_S, Straight, corridor, with_doors
 from gazechair.sensing.odometry.apart import Constraints
-from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED
+from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED, STUCK
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import stand_alone
 from gazechair.sensing.odometry.speed_by_command import SpeedByCommand
-from gazechair.sensing.odometry.straight import straightened
+from gazechair.sensing.odometry.straight import as_seen, main_direction, straightened
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR, Drive, Mounted
 from gazesim.home_routes import Pose
@@ -32,9 +32,10 @@ def drive(
     seconds: float,
     speed_m_s: float = 0.0,
     bed_m_s: float | None = None,
+    per_turn: int = 1600,
 ) -> list[tuple[Estimate, float]]:
     """The estimates, and how far each is off along the corridor."""
-    driven = Drive(home_plans.home(4), 3, lidars)
+    driven = Drive(home_plans.home(4), 3, lidars, per_turn)
     driven.home = home
     permille = (800 if speed_m_s else 0, 0)
     pose = Pose(0.0, 0.0, 0.0)
@@ -79,6 +80,17 @@ def test_two_cupboards_apart_tell_the_place_along_a_corridor() -> None:
     assert found[-1][0].along_sigma_m < 0.1
 
 
+@pytest.mark.parametrize("first_m", [-28.3, -28.35])
+def test_a_rear_lidar_alone_between_doors_does_not_take_the_chair_for_standing(
+    first_m: float,
+) -> None:
+    doors = with_doors(first_m, 4.0)
+    found = drive(doors, (REAR,), 7.0, speed_m_s=0.6, per_turn=800)
+    assert all(abs(off_m) < 3.0 * one.along_sigma_m + 0.05 for one, off_m in found)
+    assert max(abs(off_m) for _, off_m in found) < 0.1
+    assert not any({STUCK, PUSHED} & set(one.doubts) for one, _ in found)
+
+
 def surfaces(*parts: tuple[float, float, float]) -> Constraints:
     """A corridor's walls along x; parts that face along x: at x, y, that wide."""
     along = np.arange(-6.0, 6.0, 0.1)
@@ -116,11 +128,32 @@ def test_surfaces_that_may_be_the_wall_get_its_direction_and_others_keep_theirs(
     wall = math.pi - 0.01 + chance.normal(0.0, 0.02, 200)  # half a turn on is the same direction
     angles = np.concatenate((wall % math.pi, (0.6, 1.57)))
     off = np.full(len(angles), 0.1)
-    found = straightened(angles, off, np.ones(len(angles)))
+    found = straightened(angles, off, main_direction(angles, np.ones(len(angles))))
     assert np.ptp(np.sin(2.0 * found[:200])) < 1e-9
     assert found[0] % math.pi == pytest.approx(math.pi - 0.01, abs=0.005)
     assert found[200:].tolist() == angles[200:].tolist()
-    assert len(straightened(angles[:0], off[:0], off[:0])) == 0
+    assert len(straightened(angles[:0], off[:0], main_direction(angles[:0], off[:0]))) == 0
+
+
+@pytest.mark.parametrize(
+    ("own_deg", "seen_deg", "found_deg"),
+    [
+        (47.0, 90.0, 90.0),  # a corner, passed by the wall
+        (47.0, 130.0, 90.0),
+        (47.0, 80.0, 80.0),
+        (80.0, 47.0, 80.0),
+        (47.0, math.nan, 47.0),
+        (2.0, -1.0, 2.0),  # the end of the corridor, seen from either side
+        (-88.0, 0.0, -88.0),
+    ],
+)
+def test_no_surface_is_farther_off_the_wall_than_what_is_seen_there(
+    own_deg: float, seen_deg: float, found_deg: float
+) -> None:
+    for main_deg in (90.0, -90.0):  # the other face
+        own, seen = np.radians([own_deg]), np.radians([seen_deg])
+        found = math.degrees(as_seen(own, seen, math.radians(main_deg))[0])
+        assert found % 180.0 == pytest.approx(found_deg % 180.0, abs=1e-6)
 
 
 def test_far_points_of_a_wall_are_in_line_and_a_post_stands_alone() -> None:

@@ -10,8 +10,8 @@ import numpy as np
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.odometry.apart import CORRELATED, Constraints, together
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
-from gazechair.sensing.odometry.points import stand_alone
-from gazechair.sensing.odometry.straight import straightened
+from gazechair.sensing.odometry.points import on_flat, stand_alone
+from gazechair.sensing.odometry.straight import as_seen, main_direction, straightened
 
 # The state: x, y (m), offset of the heading (rad), speeds forward and sideways (m/s), the speed of
 # a full command (m/s), and the error of this one heading (rad).
@@ -68,7 +68,7 @@ def fit(
 
     `before`: what earlier pieces of the same turn tell.
     """
-    alone = stand_alone(points)
+    alone, flat = stand_alone(points), on_flat(points)
     state = prior.copy()
     distance = np.hypot(points[:, 0], points[:, 1])
     variance = (_NOISE_M + _NOISE_PER_M * distance) ** 2
@@ -79,9 +79,10 @@ def fit(
         turned = points @ rotation
         if iteration == 0:
             layers = layers_of(normals @ rotation)
+            facing = np.where(flat, np.arctan2(normals[:, 1], normals[:, 0]) + angle, np.nan)
         surfaces = coarse if iteration < _COARSE else fine
         moments, centres = surfaces.look_up(turned + state[:2], layers)
-        rows, residuals, spread = _rows(moments, centres, turned, state[:2], alone)
+        rows, residuals, spread = _rows(moments, centres, turned, state[:2], alone, facing)
         loose = _LOOSE_M if iteration < _COARSE else _TIGHT_M
         robust = 1.0 / (1.0 + (residuals / loose) ** 2) ** 2
         which = spread[1]
@@ -141,7 +142,8 @@ def lie_on(surfaces: LocalMap, points: FloatArray, normals: FloatArray) -> BoolA
     """(N,): which points, with those normals, lie on a remembered surface."""
     moments, centres = surfaces.look_up(points, layers_of(normals))
     alone = np.ones(len(points), dtype=np.bool_)
-    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2), alone)
+    facing = np.full(len(points), np.nan)
+    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2), alone, facing)
     lie = np.zeros(len(points), dtype=np.bool_)
     lie[which[np.abs(residuals) < _TIGHT_M]] = True
     return lie
@@ -153,10 +155,12 @@ def _rows(
     turned: FloatArray,
     at: FloatArray,
     alone: BoolArray,
+    facing: FloatArray,
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, np.ndarray]]:
     """Directions, residuals, (variance, which point): flat surfaces across, posts both ways.
 
-    `alone`: which points may be on a post.
+    `alone`: which points may be on a post; `facing`: directions of the points' normals, radians,
+    NaN: not known.
     """
     count = np.maximum(moments[:, 0], 1.0)
     mean = moments[:, 1:3] / count[:, None]
@@ -173,14 +177,18 @@ def _rows(
     # The direction of least variance.
     angle = 0.5 * np.arctan2(2.0 * xy[flat], xx[flat] - yy[flat]) + 0.5 * math.pi
     off_rad = _OFF_SIGMAS * np.sqrt((small[flat] + _NOISE_M**2) / (large[flat] * count[flat]))
-    angle = straightened(angle, np.minimum(off_rad, _MOST_OFF_RAD), np.sqrt(large[flat]))
+    main_rad = main_direction(angle, np.sqrt(large[flat]))
+    own_rad = straightened(angle, np.minimum(off_rad, _MOST_OFF_RAD), main_rad)
+    angle = as_seen(own_rad, facing[flat], main_rad)
     across = np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    # A surface is deeper across another direction than its own.
+    depth = small[flat] + (large[flat] - small[flat]) * np.sin(angle - own_rad) ** 2
     ones = np.zeros((2, len(post), 2))
     ones[0, :, 0] = ones[1, :, 1] = 1.0
     rows = np.concatenate((across, ones[0], ones[1]))
     which = np.concatenate((flat, post, post))
     residuals = (rows * off[which]).sum(axis=1)
-    variance = np.concatenate((small[flat], large[post], large[post]))
+    variance = np.concatenate((depth, large[post], large[post]))
     return rows, residuals, (variance, which)
 
 

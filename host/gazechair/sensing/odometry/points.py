@@ -16,6 +16,7 @@ _FARTHEST_M = 17.5  # of the drive axle
 _SPREAD_M = 0.06  # ranges to one surface differ less
 _NEIGHBOUR_M = 0.35  # points farther apart are not on one surface
 _THIN_M = 0.05
+_FLAT_M = 0.025  # beside the line through both neighbours: no corner
 _LINE_M, _BEYOND = 0.05, 3.0  # off a line through neighbours; past its end, in its lengths
 
 OLDER_S = 0.03
@@ -112,9 +113,7 @@ def _normals(points: FloatArray, beams: FloatArray) -> FloatArray:
     normals = beams.copy()
     if len(points) < 3:
         return normals
-    step = np.diff(points, axis=0)
-    close = np.hypot(step[:, 0], step[:, 1]) < _NEIGHBOUR_M
-    both = np.flatnonzero(close[1:] & close[:-1]) + 1
+    both = np.flatnonzero(_between(points))
     along = points[both + 1] - points[both - 1]
     length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)
     normal = np.stack((-along[:, 1], along[:, 0]), axis=1) / length[:, None]
@@ -122,6 +121,23 @@ def _normals(points: FloatArray, beams: FloatArray) -> FloatArray:
     normal[away] = -normal[away]
     normals[both] = normal
     return normals
+
+
+def on_flat(points: FloatArray) -> BoolArray:
+    """(N,): which consecutive points are in line with both neighbours: their normals are exact."""
+    flat = _between(points)
+    at = np.flatnonzero(flat)
+    base, off = points[at + 1] - points[at - 1], points[at] - points[at - 1]
+    length = np.maximum(np.hypot(*base.T), 1e-9)
+    flat[at] = np.abs(base[:, 0] * off[:, 1] - base[:, 1] * off[:, 0]) < _FLAT_M * length
+    return flat
+
+
+def _between(points: FloatArray) -> BoolArray:
+    """(N,): which consecutive points have both neighbours nearby."""
+    near = np.zeros(len(points) + 1, dtype=np.bool_)
+    near[1:-1] = np.hypot(*np.diff(points, axis=0).T) < _NEIGHBOUR_M
+    return near[1:] & near[:-1]
 
 
 def stand_alone(points: FloatArray) -> BoolArray:

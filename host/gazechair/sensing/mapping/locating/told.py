@@ -16,7 +16,7 @@ from gazechair.base.poses import rotation
 from gazechair.sensing.mapping.locating.map_match import Look
 from gazechair.sensing.mapping.matching.ndt import NdtGrid
 from gazechair.sensing.odometry import apart
-from gazechair.sensing.odometry.straight import straightened
+from gazechair.sensing.odometry.straight import main_direction, straightened
 
 _FLAT = 5.0  # a surface's length in proportion to its depth, variances
 _SAME_RAD = math.radians(15.0)  # a wall drawn in cells is rough
@@ -57,7 +57,8 @@ def told(grid: NdtGrid, look: Look, pose: FloatArray) -> Told:
     flat = across > _FLAT * along
     angles = 0.5 * np.arctan2(2.0 * wxy, wxx - wyy)
     tolerance = np.full(int(flat.sum()), _SAME_RAD)
-    angles[flat] = straightened(angles[flat], tolerance, robust[flat])
+    main_rad = main_direction(angles[flat], robust[flat])
+    angles[flat] = straightened(angles[flat], tolerance, main_rad)
     rows = np.stack((np.cos(angles), np.sin(angles)), axis=1)
     ends = np.stack((-rows[:, 1], rows[:, 0]), axis=1)[~flat]
     rows, at = np.concatenate((rows, ends)), np.concatenate((turned, turned[~flat]))
