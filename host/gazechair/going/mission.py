@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
@@ -52,11 +53,12 @@ _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
 _NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
 
 Planned = Way | NoWay
+_Found = TypeVar("_Found")
 
 
-def at_once(job: Callable[[], Planned]) -> Future[Planned]:
+def at_once(job: Callable[[], _Found]) -> Future[_Found]:
     """Runs the planner within the step, without a thread."""
-    done: Future[Planned] = Future()
+    done: Future[_Found] = Future()
     done.set_result(job())
     return done
 

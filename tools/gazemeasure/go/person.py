@@ -12,10 +12,13 @@ import math
 import random
 import time
 from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from gazechair.following.fitting import Planned
 from gazechair.following.follower import Followed, PersonFollower
 from gazechair.following.legs import Scan
 from gazechair.following.person import State
@@ -35,6 +38,7 @@ from gazesim.rooms import Array
 _WALKS, _WALKS_QUICK = 100, 6
 _SECONDS, _SECONDS_QUICK = 45.0, 25.0
 _SCAN_S = 0.1
+_PLAN_S = 0.3  # from asking for a path to the scan that gets it
 _PER_TURN = 1440
 _OFF_M, _OFF_S = 0.5, 0.25
 _LOST_S = 0.5
@@ -66,7 +70,10 @@ class Judged:
     sought_s: float = 0.0
     gaps_m: list[float] = field(default_factory=list)
     spent_ms: list[float] = field(default_factory=list)
+    plans_ms: list[float] = field(default_factory=list)
     blocked_s: float = 0.0
+    narrow_s: float = 0.0
+    """How long it stood because it found no path on which the chair fits."""
     moved_m: float = 0.0
     done: bool = False
     helped: int = 0
@@ -121,6 +128,30 @@ class _Chair:
         return True
 
 
+class _Thinker:
+    """Plans in place of a thread: the path arrives some scans later, and its time counts apart."""
+
+    def __init__(self, spent_ms: list[float]) -> None:
+        self._spent_ms = spent_ms
+        self._waiting: list[tuple[Future[Planned | None], Planned | None, float]] = []
+        self.now_s = 0.0
+
+    def __call__(self, job: Callable[[], Planned | None]) -> Future[Planned | None]:
+        begin_s = time.process_time()
+        found = job()
+        self._spent_ms.append(1000.0 * (time.process_time() - begin_s))
+        self._waiting.append((Future(), found, self.now_s + _PLAN_S))
+        return self._waiting[-1][0]
+
+    def at(self, now_s: float) -> None:
+        """A scan of that time comes now."""
+        self.now_s = now_s
+        due = [one for one in self._waiting if one[2] <= now_s]
+        self._waiting = [one for one in self._waiting if one[2] > now_s]
+        for future, found, _ in due:
+            future.set_result(found)
+
+
 def walk(
     home: Home, router: Router, seed: int, foreign: bool, grid: OccupancyGrid | None, seconds: float
 ) -> Judged:
@@ -140,7 +171,9 @@ class _Run:
         begin = self._walk.start
         heading = math.degrees(math.atan2(leader.y_m - begin.y_m, leader.x_m - begin.x_m))
         self._chair = _Chair(Pose(begin.x_m, begin.y_m, heading), chance)
-        self._follower = PersonFollower(grid)
+        self._judged = Judged()
+        self._thinker = _Thinker(self._judged.plans_ms)
+        self._follower = PersonFollower(grid, submit=self._thinker)
         self._drift = np.zeros(3)
         self._drifts = grid is None
         self._by_look = chance.random() < 0.4
@@ -150,7 +183,6 @@ class _Run:
         self._waited_s = 0.0
         self._plainly = False
         self._off_s = self._unseen_s = 0.0
-        self._judged = Judged()
         self._said = Followed(State.NOBODY, STOP, None)
         self._before = State.NOBODY
 
@@ -169,7 +201,9 @@ class _Run:
             if follows:
                 judged.followed_s += STEP_S
                 judged.blocked_s += STEP_S * self._chair.blocked
-                self._sought_s = self._sought_s + STEP_S if self._chair.blocked else 0.0
+                judged.narrow_s += STEP_S * (not self._said.fits)
+                stuck = self._chair.blocked or not self._said.fits
+                self._sought_s = self._sought_s + STEP_S if stuck else 0.0
             else:
                 judged.sought_s += STEP_S
                 self._sought_s += STEP_S
@@ -195,7 +229,7 @@ class _Run:
                 and self._home.clearance_m(pose.x_m, pose.y_m, pose.heading_deg) > _ROOM_M
             ):
                 self._chair.place(pose)
-                self._follower = PersonFollower(self._grid)
+                self._follower = PersonFollower(self._grid, submit=self._thinker)
                 self._said = Followed(State.NOBODY, STOP, None)
                 self._judged.helped += 1
                 return
@@ -226,9 +260,12 @@ class _Run:
         true = np.array((pose.x_m, pose.y_m, math.radians(pose.heading_deg)))
         scan, seen = self._scan(true, at_s)
         known = self._known(true)
+        self._thinker.at(at_s)
+        planned_ms = sum(self._judged.plans_ms)
         begin_s = time.process_time()
         self._said = said = self._follower.look(scan, known)
-        self._judged.spent_ms.append(1000.0 * (time.process_time() - begin_s))
+        spent_ms = 1000.0 * (time.process_time() - begin_s)
+        self._judged.spent_ms.append(spent_ms - (sum(self._judged.plans_ms) - planned_ms))
         self._judge(said, true, known, seen)
 
     def _known(self, true: Array) -> Array:
@@ -358,7 +395,13 @@ def add(report: Report, quick: bool) -> None:
         report.add(
             "  blocked by the board", 100.0 * sum(o.blocked_s for o in rows) / sum_s, "% of time"
         )
+        narrow_s = sum(o.narrow_s for o in rows)
+        report.add("  stands, as it fits nowhere", 100.0 * narrow_s / sum_s, "% of time")
         report.add("  driven", sum(o.moved_m for o in rows), "m")
     spent = [ms for rows in done.values() for one in rows for ms in one.spent_ms]
     report.add("person: a scan costs, median", percentile(spent, 0.5), "ms", 5.0)
     report.add("  95 %", percentile(spent, 0.95), "ms")
+    plans = [ms for rows in done.values() for one in rows for ms in one.plans_ms]
+    if plans:
+        report.add("person: a plan costs, median", percentile(plans, 0.5), f"ms, of {len(plans)}")
+        report.add("  95 %", percentile(plans, 0.95), "ms")
