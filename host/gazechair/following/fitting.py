@@ -43,6 +43,7 @@ _PLANNED_M = 3.5  # of the person's path
 _BESIDE_M = 1.2  # what is this near to the person's path may be driven on
 _FLOOR_M = 0.24
 _CELL_M = 0.025
+_AWAY_RAD = math.radians(100.0)
 _CORNER_RAD = math.radians(4.0)  # a smaller turn is steered while driving
 _GOALS_M = 0.3  # from one goal to the next nearer one, if that is blocked
 _NEAREST_GOAL_M = 0.4
@@ -70,7 +71,7 @@ class Fitting:
 
     def room(self, standing_m: Standing, trail: Trail, pose: FloatArray, at_s: float) -> Room:
         """What the chair may do now; changes `trail` where it does not fit."""
-        planned = self._takes(trail)
+        planned = self._planned(trail)
         if not planned and at_s < self._checked_s + _CHECK_S:
             return self._room
         self._checked_s = at_s
@@ -81,9 +82,11 @@ class Fitting:
         facing = turn_poses(_pose(pose), math.atan2(end[1] - pose[1], end[0] - pose[0]), 0.0)
         poses = np.concatenate((rows[:, :3], np.stack(facing, axis=1)))
         clear = self._clearance_m(poses, standing_m)
+        along_m = float(clear[: len(rows)].min())
         if planned:
-            least_m = float(clear[: len(rows)].min()) - _LESS_M
-            self._least_m = max(_PASSES_M, min(_CLEAR_M, least_m))
+            self._least_m = max(_PASSES_M, min(_CLEAR_M, along_m - _LESS_M))
+        elif along_m >= _CLEAR_M:
+            self._least_m = _CLEAR_M
         free = clear >= min(self._least_m, clear[0] - _LEAVES_M)
         faces, free = bool(free[len(rows) :].all()), free[: len(rows)]
         if free.all():
@@ -91,28 +94,29 @@ class Fitting:
             return self._room
         bad_m = float(rows[int(free.argmin()), 3])
         self._room = Room(max(0.0, bad_m - _STOP_M), bad_m > 0.0, faces)
-        if self._pending is not None:
-            return self._room
-        if at_s >= self._asked_s + _AGAIN_S:
+        if self._pending is None and at_s >= self._asked_s + _AGAIN_S:
             self._asked_s = at_s
+            rest = trail.rest(pose)
             points = trail.points[: round(_PLANNED_M / STEP_M)]
             walked_m = walked_m[: len(points)]
-            seen_m = standing_m(*_around(np.concatenate((walked_m, (pose[:2],)))))
+            seen_m = standing_m(*_around(np.concatenate((walked_m, (rest[:2],)))))
             goals = _goals(points)
-            plan = partial(_plan, self._footprint, seen_m, walked_m, _pose(pose), goals)
+            plan = partial(_plan, self._footprint, seen_m, walked_m, rest, goals)
             self._pending = self._submit(plan)
-        else:
+        elif self._pending is None:
             self.fits = self._room.ahead_m > 0.0
+        if self._pending is not None:  # the path will begin where the chair comes to rest
+            self._room = Room(0.0, False, False)
         return self._room
 
-    def _takes(self, trail: Trail) -> bool:
-        """Whether a plan is ready that changes the path."""
+    def _planned(self, trail: Trail) -> bool:
+        """Whether the planner has answered; `trail` is then the best path there is."""
         if self._pending is None or not self._pending.done():
             return False
         found, self._pending = self._pending.result(), None
         if found is not None:
             trail.take(*found)
-        return found is not None
+        return True
 
     def _clearance_m(self, poses: FloatArray, standing_m: Standing) -> FloatArray:
         """(N,): metres from the outline to the nearest point, negative inside; at most _CLEAR_M."""
@@ -143,10 +147,24 @@ def _plan(
     for goal in goals:
         found = planner.plan(pose, goal[:2])
         if isinstance(found, Way):
-            return _points(found, pose[2]), goal
+            return (_points(found, pose[2]), goal) if _faces(found, goal) else None
         if found.reason != GOAL_BLOCKED:
             break
     return None
+
+
+def _faces(way: Way, goal: Point) -> bool:
+    """Whether the path never leads away from the goal: the lidar in front must see the person."""
+    return all(
+        abs(_rad(a, b, _rad(a, goal))) < _AWAY_RAD
+        for a, b in itertools.pairwise(way.points_m)
+        if min(math.dist(a, b), math.dist(a, goal[:2])) > NO_LEG_M
+    )
+
+
+def _rad(a: FloatArray, b: FloatArray | Point, from_rad: float = 0.0) -> float:
+    """Direction from `a` to `b`, relative to another one."""
+    return math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - from_rad, 2.0 * math.pi)
 
 
 def _costmap(
@@ -177,7 +195,7 @@ def _points(way: Way, heading_rad: float) -> list[Point]:
     for k, (a, b) in enumerate(itertools.pairwise(way.points_m)):
         if math.dist(a, b) < NO_LEG_M:
             continue
-        leg_rad = math.atan2(b[1] - a[1], b[0] - a[0])
+        leg_rad = _rad(a, b)
         if abs(math.remainder(leg_rad - heading_rad, 2.0 * math.pi)) > _CORNER_RAD:
             found[-1] = found[-1]._replace(corner_rad=heading_rad)
         bend = way.bend(k + 1)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gazechair.base.at_once import at_once
 from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.base.poses import to_frame
 from gazechair.following.background import Background
@@ -15,7 +16,6 @@ from gazechair.following.person import Person, State
 from gazechair.following.request import STOP, Request
 from gazechair.following.tracks import Tracks
 from gazechair.following.trail import Trail
-from gazechair.going.mission import at_once
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 
 _LONGEST_S = 0.2  # between two scans: a longer gap does not permit a larger change

@@ -15,6 +15,8 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.following.request import CAP_M_S, STOP, Request
+from gazechair.going.rolled import along
+from gazechair.going.smooth import Pose
 
 KEEP_M, NEAR_M = 1.2, 1.0
 ACCELERATE_M_S2, BRAKE_M_S2 = 0.3, 0.5
@@ -32,6 +34,7 @@ _EXACTLY_RAD = math.radians(2.5)  # the same, after a corner
 _FACE_RAD, _FACED_RAD = math.radians(12.0), math.radians(4.0)
 _FULL_TURN_RAD = math.radians(60.0)
 _AT_CORNER_M, _TO_CORNER_PER_S, _TO_CORNER_M_S = 0.02, 1.0, 0.06
+_LATE_S = 0.35  # from a request until the chair obeys it
 _EXPECT_M, _EXPECT_RAD, _EXPECT_MOST = 0.08, math.radians(10.0), 100
 _EXPECT_TURN = _TURNS_PER_S * _EXPECT_M / CAP_M_S  # share of the error steered in a step
 
@@ -137,6 +140,12 @@ class Trail:
         after = self._points.index(end) + 1 if end in self._points else len(self._points)
         self._points = [*points, *self._points[after:]]
         self._turns = self._exactly = False
+
+    def rest(self, pose: FloatArray) -> Pose:
+        """Where the chair comes to rest if it is requested to stop now."""
+        speed, rate = self._last.linear_m_s, self._last.yaw_rad_s
+        way_m = speed * _LATE_S + 0.5 * speed**2 / BRAKE_M_S2
+        return along((float(pose[0]), float(pose[1]), float(pose[2])), way_m, rate * _LATE_S)
 
     def expected(self, pose: FloatArray, far_m: float) -> FloatArray:
         """Rows (N, 4): x, y, heading, metres ahead: poses along the path, turns too."""

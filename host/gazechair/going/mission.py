@@ -11,10 +11,10 @@ import math
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import numpy as np
 
+from gazechair.base.at_once import at_once
 from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.going.ahead import poses_ahead
 from gazechair.going.chair_numbers import ChairNumbers
@@ -53,14 +53,6 @@ _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
 _NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
 
 Planned = Way | NoWay
-_Found = TypeVar("_Found")
-
-
-def at_once(job: Callable[[], _Found]) -> Future[_Found]:
-    """Runs the planner within the step, without a thread."""
-    done: Future[_Found] = Future()
-    done.set_result(job())
-    return done
 
 
 @dataclass

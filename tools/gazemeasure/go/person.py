@@ -12,24 +12,21 @@ import math
 import random
 import time
 from collections import Counter
-from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from gazechair.following.fitting import Planned
 from gazechair.following.follower import Followed, PersonFollower
 from gazechair.following.legs import Scan
 from gazechair.following.person import State
 from gazechair.following.request import STOP, Request
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazemeasure.go.person_chair import ROOM_M, Chair, Thinker
 from gazemeasure.go.person_walk import STEP_S, Walk
 from gazemeasure.home.localization import mapped
 from gazemeasure.report import Report, percentile
 from gazesim import home_plans, rays
-from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, Axis
-from gazesim.home_drive import STEP_S as AXIS_S
+from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M
 from gazesim.home_routes import Pose, Router
 from gazesim.homes import Home
 from gazesim.lidar_noise import MISSING, NOISE_M
@@ -38,13 +35,10 @@ from gazesim.rooms import Array
 _WALKS, _WALKS_QUICK = 100, 6
 _SECONDS, _SECONDS_QUICK = 45.0, 25.0
 _SCAN_S = 0.1
-_PLAN_S = 0.3  # from asking for a path to the scan that gets it
 _PER_TURN = 1440
 _OFF_M, _OFF_S = 0.5, 0.25
 _LOST_S = 0.5
 _POSE_M, _POSE_RAD, _DRIFT = 0.008, math.radians(0.15), 0.01
-_RAMP_M_S2, _RAMP_DEG_S2 = 0.6, 80.0
-_ROOM_M = 0.03
 _TURNS_DEG_S = 25.0  # turn rate of the driver towards the leader
 _HELP_S, _HELP_M = 8.0, 2.7
 _LOOK_DEG = 2.5  # error of a look
@@ -79,79 +73,6 @@ class Judged:
     helped: int = 0
 
 
-class _Chair:
-    """Kinematic: dead time, ramps, lag; stops before what it would touch, as the board does."""
-
-    def __init__(self, pose: Pose, chance: random.Random) -> None:
-        self.pose = pose
-        self._linear = Axis(_RAMP_M_S2, chance)
-        self._turn = Axis(_RAMP_DEG_S2, chance)
-        self.blocked = False
-
-    def place(self, pose: Pose) -> None:
-        """Put the chair at `pose`, standing."""
-        self.pose = pose
-        self._linear.halt()
-        self._turn.halt()
-
-    @property
-    def moves(self) -> bool:
-        return abs(self._linear.speed) > 0.02 or abs(self._turn.speed) > 1.0
-
-    def step(self, home: Home, request: Request) -> float:
-        """Drive for 50 ms; returns the distance travelled."""
-        way = turn = 0.0
-        for _ in range(round(STEP_S / AXIS_S)):
-            way += self._linear.step(request.linear_m_s)
-            turn += self._turn.step(math.degrees(request.yaw_rad_s))
-        self.blocked = False
-        if self._moves_to(home, way, turn):
-            return way
-        self.blocked = True
-        if self._moves_to(home, 0.0, turn):
-            self._linear.halt()
-            return 0.0
-        self._turn.halt()
-        if self._moves_to(home, way, 0.0):
-            return way
-        self._linear.halt()
-        return 0.0
-
-    def _moves_to(self, home: Home, way: float, turn: float) -> bool:
-        here = self.pose
-        heading = math.radians(here.heading_deg + 0.5 * turn)
-        x, y = here.x_m + way * math.cos(heading), here.y_m + way * math.sin(heading)
-        room_m = home.clearance_m(x, y, here.heading_deg + turn)
-        if room_m < min(_ROOM_M, home.clearance_m(here.x_m, here.y_m, here.heading_deg)):
-            return False
-        self.pose = Pose(x, y, here.heading_deg + turn)
-        return True
-
-
-class _Thinker:
-    """Plans in place of a thread: the path arrives some scans later, and its time counts apart."""
-
-    def __init__(self, spent_ms: list[float]) -> None:
-        self._spent_ms = spent_ms
-        self._waiting: list[tuple[Future[Planned | None], Planned | None, float]] = []
-        self.now_s = 0.0
-
-    def __call__(self, job: Callable[[], Planned | None]) -> Future[Planned | None]:
-        begin_s = time.process_time()
-        found = job()
-        self._spent_ms.append(1000.0 * (time.process_time() - begin_s))
-        self._waiting.append((Future(), found, self.now_s + _PLAN_S))
-        return self._waiting[-1][0]
-
-    def at(self, now_s: float) -> None:
-        """A scan of that time comes now."""
-        self.now_s = now_s
-        due = [one for one in self._waiting if one[2] <= now_s]
-        self._waiting = [one for one in self._waiting if one[2] > now_s]
-        for future, found, _ in due:
-            future.set_result(found)
-
-
 def walk(
     home: Home, router: Router, seed: int, foreign: bool, grid: OccupancyGrid | None, seconds: float
 ) -> Judged:
@@ -170,9 +91,9 @@ class _Run:
         leader = self._walk.leader
         begin = self._walk.start
         heading = math.degrees(math.atan2(leader.y_m - begin.y_m, leader.x_m - begin.x_m))
-        self._chair = _Chair(Pose(begin.x_m, begin.y_m, heading), chance)
+        self._chair = Chair(Pose(begin.x_m, begin.y_m, heading), chance)
         self._judged = Judged()
-        self._thinker = _Thinker(self._judged.plans_ms)
+        self._thinker = Thinker(self._judged.plans_ms)
         self._follower = PersonFollower(grid, submit=self._thinker)
         self._drift = np.zeros(3)
         self._drifts = grid is None
@@ -226,7 +147,7 @@ class _Run:
             if (
                 self._plainly
                 and far_m > _HELP_M
-                and self._home.clearance_m(pose.x_m, pose.y_m, pose.heading_deg) > _ROOM_M
+                and self._home.clearance_m(pose.x_m, pose.y_m, pose.heading_deg) > ROOM_M
             ):
                 self._chair.place(pose)
                 self._follower = PersonFollower(self._grid, submit=self._thinker)
