@@ -25,29 +25,38 @@ from gazechair.going.way import Way
 
 Planned = tuple[list[Point], Point]
 """A path, and the point of the person's path at which it ends."""
+_Place = Sequence[float] | FloatArray
 Submit = Callable[[Callable[[], Planned | None]], Future[Planned | None]]
 """Runs the planner, usually on a thread."""
 
 Standing = Callable[[FloatArray, FloatArray], FloatArray]
 """Points (N, 2) of what stands between two corners."""
 
-_CHECK_S, _AGAIN_S = 0.25, 1.0
+_CHECK_S = 0.25
+_AGAIN_S, _RETRY_S = 1.0, 3.0  # from one plan to the next, if it gave a path and if not
 _CLEAR_M = 0.06
 """Clearance with which the person's own path is followed."""
 _LESS_M = 0.02  # than planned, by errors of steering
 _PASSES_M = 0.02
 """Least clearance with which a planned path is followed."""
-_LEAVES_M = 0.01  # less clearance than here, where that is little already
+_LEAVES_M = 0.004  # less clearance than here, where that is little already
 _CHECKED_M = 2.0
 _PLANNED_M = 3.5  # of the person's path
-_BESIDE_M = 1.2  # what is this near to the person's path may be driven on
-_FLOOR_M = 0.24
+_FLOOR_M = 1.2  # what is this near to the person's path may be driven on
+_EVERY_M = 0.24
 _CELL_M = 0.025
 _AWAY_RAD = math.radians(100.0)
 _CORNER_RAD = math.radians(4.0)  # a smaller turn is steered while driving
 _GOALS_M = 0.3  # from one goal to the next nearer one, if that is blocked
 _NEAREST_GOAL_M = 0.4
-_STOP_M = 0.05  # before where the chair does not fit
+_BESIDE_M = np.array(
+    [
+        (r * math.cos(k), r * math.sin(k))
+        for r in (0.0, 0.15, 0.3, 0.45)
+        for k in np.arange(0.0, 6.2, 0.5)
+    ]
+)  # where a plan may end, nearest first; too near to be behind a wall
+_STOP_M = 0.1  # before where the chair does not fit; more than between expected poses
 
 
 class Fitting:
@@ -64,14 +73,14 @@ class Fitting:
         """Begin with another path."""
         self._pending: Future[Planned | None] | None = None
         self._least_m = _CLEAR_M  # of the path that is followed
-        self._checked_s = self._asked_s = -math.inf
+        self._checked_s = self._again_s = -math.inf
         self._room = FREE
         self.fits = True
         """False: no path has been found on which the chair fits through."""
 
     def room(self, standing_m: Standing, trail: Trail, pose: FloatArray, at_s: float) -> Room:
         """What the chair may do now; changes `trail` where it does not fit."""
-        planned = self._planned(trail)
+        planned = self._planned(trail, at_s)
         if not planned and at_s < self._checked_s + _CHECK_S:
             return self._room
         self._checked_s = at_s
@@ -94,8 +103,7 @@ class Fitting:
             return self._room
         bad_m = float(rows[int(free.argmin()), 3])
         self._room = Room(max(0.0, bad_m - _STOP_M), bad_m > 0.0, faces)
-        if self._pending is None and at_s >= self._asked_s + _AGAIN_S:
-            self._asked_s = at_s
+        if self._pending is None and at_s >= self._again_s:
             rest = trail.rest(pose)
             points = trail.points[: round(_PLANNED_M / STEP_M)]
             walked_m = walked_m[: len(points)]
@@ -109,11 +117,12 @@ class Fitting:
             self._room = Room(0.0, False, False)
         return self._room
 
-    def _planned(self, trail: Trail) -> bool:
+    def _planned(self, trail: Trail, at_s: float) -> bool:
         """Whether the planner has answered; `trail` is then the best path there is."""
         if self._pending is None or not self._pending.done():
             return False
         found, self._pending = self._pending.result(), None
+        self._again_s = at_s + (_RETRY_S if found is None else _AGAIN_S)
         if found is not None:
             trail.take(*found)
         return True
@@ -143,26 +152,44 @@ def _plan(
     goals: Sequence[Point],
 ) -> Planned | None:
     """A path from `pose` to the first of `goals` that is free; None: there is none."""
-    planner = Planner(_costmap(footprint, points_m, walked_m, pose))
+    costmap = _costmap(footprint, points_m, walked_m, pose)
+    planner = Planner(costmap)
     for goal in goals:
-        found = planner.plan(pose, goal[:2])
+        place = _beside(costmap, goal, walked_m[-1])
+        if place is None:
+            continue
+        found = planner.plan(pose, place)
         if isinstance(found, Way):
-            return (_points(found, pose[2]), goal) if _faces(found, goal) else None
+            fits = found.clearance_m >= 0.0 and _faces(found, place)
+            return (_points(found, pose[2]), goal) if fits else None
         if found.reason != GOAL_BLOCKED:
             break
     return None
 
 
-def _faces(way: Way, goal: Point) -> bool:
+def _beside(costmap: Costmap, at: Point, onward_m: FloatArray) -> tuple[float, float] | None:
+    """The nearest place beside a point of the person's path where the chair fits; None: none.
+
+    Its heading there is from `at` to `onward_m`.
+    """
+    places_m = _BESIDE_M + np.array(at[:2])
+    clear = costmap.clearance_m(places_m[:, 0], places_m[:, 1], _rad(at, onward_m))
+    fits = np.flatnonzero(clear >= _CLEAR_M)
+    if not len(fits):
+        return None
+    return float(places_m[fits[0], 0]), float(places_m[fits[0], 1])
+
+
+def _faces(way: Way, goal: tuple[float, float]) -> bool:
     """Whether the path never leads away from the goal: the lidar in front must see the person."""
     return all(
         abs(_rad(a, b, _rad(a, goal))) < _AWAY_RAD
         for a, b in itertools.pairwise(way.points_m)
-        if min(math.dist(a, b), math.dist(a, goal[:2])) > NO_LEG_M
+        if min(math.dist(a, b), math.dist(a, goal)) > NO_LEG_M
     )
 
 
-def _rad(a: FloatArray, b: FloatArray | Point, from_rad: float = 0.0) -> float:
+def _rad(a: _Place, b: _Place, from_rad: float = 0.0) -> float:
     """Direction from `a` to `b`, relative to another one."""
     return math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - from_rad, 2.0 * math.pi)
 
@@ -171,7 +198,7 @@ def _costmap(
     footprint: Footprint, points_m: FloatArray, walked_m: FloatArray, pose: Pose
 ) -> Costmap:
     """Only what is near the person's path is floor: the lidars may not see all else."""
-    floor_m = np.concatenate((walked_m[:: round(_FLOOR_M / STEP_M)], (pose[:2],)))
+    floor_m = np.concatenate((walked_m[:: round(_EVERY_M / STEP_M)], (pose[:2],)))
     low_m, high_m = _around(floor_m)
     nx, ny = (int(one) for one in np.ceil((high_m - low_m) / _CELL_M))
     cells = np.floor((points_m - low_m) / _CELL_M).astype(np.int64)
@@ -181,12 +208,12 @@ def _costmap(
     x, y = (low_m[k] + (np.arange(n) + 0.5) * _CELL_M for k, n in enumerate((nx, ny)))
     floor = np.zeros_like(stands)
     for at in floor_m:
-        floor |= (x[:, None] - at[0]) ** 2 + (y - at[1]) ** 2 < _BESIDE_M**2
+        floor |= (x[:, None] - at[0]) ** 2 + (y - at[1]) ** 2 < _FLOOR_M**2
     return Costmap(stands, floor & ~stands, _CELL_M, low_m, footprint)
 
 
 def _around(walked_m: FloatArray) -> tuple[FloatArray, FloatArray]:
-    return walked_m.min(axis=0) - _BESIDE_M, walked_m.max(axis=0) + _BESIDE_M
+    return walked_m.min(axis=0) - _FLOOR_M, walked_m.max(axis=0) + _FLOOR_M
 
 
 def _points(way: Way, heading_rad: float) -> list[Point]:

@@ -119,7 +119,8 @@ class Trail:
             to_corner = max(_TO_CORNER_M_S, _TO_CORNER_PER_S * corner_m)
             linear = min(linear, to_corner, _PER_S * room.ahead_m)
             linear *= max(0.2, 1.0 - abs(off) / _FULL_TURN_RAD)
-            yaw = _TURNS_PER_S * off if room.turns or not self._turns else 0.0
+            moves = room.turns if self._turns else linear > 0.0
+            yaw = _TURNS_PER_S * off if moves else 0.0
         else:
             off = _off((*here, float(pose[2])), (x_m, y_m))
             self._turns = False
