@@ -173,7 +173,7 @@ def _beside(costmap: Costmap, at: Point, onward_m: FloatArray) -> tuple[float, f
     Its heading there is from `at` to `onward_m`.
     """
     places_m = _BESIDE_M + np.array(at[:2])
-    clear = costmap.clearance_m(places_m[:, 0], places_m[:, 1], _rad(at, onward_m))
+    clear = costmap.clearance_m(places_m[:, 0], places_m[:, 1], _rad(at[:2], onward_m))
     fits = np.flatnonzero(clear >= _CLEAR_M)
     if not len(fits):
         return None

@@ -1,4 +1,4 @@
-"""The path behind a person, kept clear for the chair: through doorways, and where it cannot pass."""
+"""The path behind a person, kept clear for the chair: in doorways, and where it cannot pass."""
 
 from __future__ import annotations
 
