@@ -80,7 +80,8 @@ class Background:
     def standing_m(self, low_m: FloatArray, high_m: FloatArray) -> FloatArray:
         """(N, 2): returns between two corners from what is background by the scans.
 
-        Where no beam goes now, these are the last ones.
+        Where no beam goes now, these are the last ones. Where somebody stood who has left, there are
+        none, although such a place remains background for some seconds.
         """
         first, end = self._cells(np.stack((low_m, high_m)))
         squares = tuple(slice(a, b + 1) for a, b in zip(first, end, strict=True))
@@ -89,7 +90,8 @@ class Background:
         nx, ny = self._counts[squares].shape
         newest = last.reshape(nx, 2, ny, 2).max(axis=(1, 3))
         least = np.where(self._counts[squares] >= _STANDS, newest - _SHAPE, self._number)
-        return np.asarray(self._last_m[quarters][last > least.repeat(2, 0).repeat(2, 1)])
+        known = (last > 0) & (last > least.repeat(2, 0).repeat(2, 1))
+        return np.asarray(self._last_m[quarters][known])
 
     def _forget(self, points_m: FloatArray, origin_m: FloatArray) -> None:
         """Forget returns in squares that beams have passed through."""
@@ -101,6 +103,9 @@ class Background:
         passed = np.hypot(offset[:, 0], offset[:, 1]) < farthest[_bins(offset)] - _BEYOND_M
         x, y = x[passed], y[passed]
         self._counts[x, y] = np.maximum(self._counts[x, y] - _PASSED, 0)
+        quarters = self._last.reshape(_CELLS, 2, _CELLS, 2)
+        left = quarters[x, :, y].max(axis=(1, 2)) < self._number - _SHAPE
+        quarters[x[left], :, y[left]] = -_SHAPE
 
     def _cells(self, points_m: FloatArray, parts: int = 1) -> NDArray[np.int64]:
         """Squares of points; outside the window the border's, which is beyond every track."""
