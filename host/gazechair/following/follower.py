@@ -6,17 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import DEFAULT_CORNERS, FloatArray
+from gazechair.base.at_once import at_once
+from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.base.poses import to_frame
 from gazechair.following.background import Background
+from gazechair.following.fitting import Fitting, Submit
 from gazechair.following.legs import Scan, clusters
 from gazechair.following.person import Person, State
-from gazechair.following.request import Request
+from gazechair.following.request import STOP, Request
 from gazechair.following.tracks import Tracks
 from gazechair.following.trail import Trail
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 
-_FRONT_M = max(x for x, _ in DEFAULT_CORNERS)
 _LONGEST_S = 0.2  # between two scans: a longer gap does not permit a larger change
 
 
@@ -27,20 +28,30 @@ class Followed:
     state: State
     request: Request
     person_m: tuple[float, float] | None
+    fits: bool = True
+    """False: the chair stands, because it fits nowhere along the person's path."""
 
 
 class PersonFollower:
     """Call `choose`, then `look` with every scan. A request is valid until the next scan is due.
 
     `grid`: the map, when poses are in its frame; without one, poses are odometry's. A new frame
-    needs a new follower.
+    needs a new follower. `submit` runs the planner, usually on a thread.
     """
 
-    def __init__(self, grid: OccupancyGrid | None = None, front_m: float = _FRONT_M) -> None:
+    def __init__(
+        self,
+        grid: OccupancyGrid | None = None,
+        footprint: Footprint | None = None,
+        submit: Submit = at_once,
+    ) -> None:
+        footprint = footprint or Footprint()
+        front_m = float(footprint.body[:, 0].max())
         self._background = Background(grid)
         self._tracks = Tracks()
         self._person = Person(front_m, needs_steps=grid is None)
         self._trail = Trail(front_m)
+        self._fitting = Fitting(footprint, submit)
         self._at_s: float | None = None
         self._follows = False
 
@@ -93,8 +104,11 @@ class PersonFollower:
         if not self._follows:
             self._follows = True
             self._trail.begin(pose)
+            self._fitting.begin()
         if not self._person.seen:
             return Followed(state, self._trail.coast(dt_s), None)
         at_m = (track.x_m, track.y_m)
         self._trail.walked(*at_m)
-        return Followed(state, self._trail.request(pose, *at_m, dt_s), at_m)
+        room = self._fitting.room(self._background.standing_m, self._trail, pose, at_s)
+        request = self._trail.request(pose, *at_m, dt_s, room)
+        return Followed(state, request, at_m, self._fitting.fits or request != STOP)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gazechair.base.at_once import at_once
 from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.going.ahead import poses_ahead
 from gazechair.going.chair_numbers import ChairNumbers
@@ -52,13 +53,6 @@ _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
 _NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
 
 Planned = Way | NoWay
-
-
-def at_once(job: Callable[[], Planned]) -> Future[Planned]:
-    """Runs the planner within the step, without a thread."""
-    done: Future[Planned] = Future()
-    done.set_result(job())
-    return done
 
 
 @dataclass

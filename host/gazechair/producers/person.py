@@ -19,6 +19,8 @@ SIGHT_LOST = "person_no_sight"
 """No lidar turn, or no odometry pose, in time."""
 UNSEEN = "person_unseen_behind"
 """No lidar sees behind the chair: the board permits no turn, and the chair would just stand."""
+NARROW = "person_narrow"
+"""The person went where the chair does not fit."""
 OLD_S = 0.25
 """An older turn requests no motion."""
 _GONE_S = 1.0  # older: the press is over
@@ -39,9 +41,8 @@ class PersonProducer(Producer):
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
-        self._front_m = float(setup.footprint.body[:, 0].max())
         self._turns = Turns()
-        self._follower = PersonFollower(front_m=self._front_m)
+        self._follower = self._made()
         self._said = Followed(State.NOBODY, STOP, None)
         self._track: int | None = None
         self._may_turn = False
@@ -73,10 +74,15 @@ class PersonProducer(Producer):
             return Said(None, "ended", _REASONS[state])
         if late_s > OLD_S:
             return Said((0, 0), "waits", SIGHT_LOST)
+        if not self._said.fits:
+            return Said((0, 0), "waits", NARROW)
         return Said(self._stick(self._said.request), _STATES[state], _REASONS[state])
 
+    def _made(self) -> PersonFollower:
+        return PersonFollower(footprint=self.setup.footprint, submit=self.setup.thinker.submit)
+
     def _begin(self, at_s: float) -> None:
-        self._follower = PersonFollower(front_m=self._front_m)
+        self._follower = self._made()
         self._follower.choose(at_s)
         self._said = Followed(State.CHOOSING, STOP, None)
         self._track = None

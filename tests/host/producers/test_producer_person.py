@@ -13,7 +13,7 @@ from gazechair.base.footprint import Footprint
 from gazechair.config.settings import LidarConfig
 from gazechair.producers import exchange
 from gazechair.producers.contract import Press, Said, Sensed, Setup
-from gazechair.producers.person import OLD_S, SIGHT_LOST, UNSEEN, PersonProducer
+from gazechair.producers.person import NARROW, OLD_S, SIGHT_LOST, UNSEEN, PersonProducer
 from gazechair.producers.runner import Runner
 from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.estimate import Estimate
@@ -32,10 +32,11 @@ class Chair:
     """A chair that stands in a round hall. `person`: distance ahead of its axle, None: nobody."""
 
     def __init__(self) -> None:
-        self.producer = PersonProducer(Setup(Footprint(), Path("none")))
+        self.producer = PersonProducer(Setup(Footprint(), Path("none"), thinker=Inline()))
         self.now_s = 100.0
         self.person: float | None = 3.4
         self.track = 1
+        self.gap_m = math.inf  # between two pillars right before its front
         self._way = 0.0
         self._random = np.random.default_rng(3)
         self.said = Said(None)
@@ -53,6 +54,8 @@ class Chair:
         legs = []
         if self.person is not None:
             legs = [(self.person + side * swing, side * 0.09, 0.055) for side in (1.0, -1.0)]
+        if self.gap_m < math.inf:
+            legs += [(0.9, side * (0.5 * self.gap_m + 0.2), 0.2) for side in (1.0, -1.0)]
         seen = rays.cast_discs(*here, angles, np.array(legs, dtype=np.float64).reshape(-1, 3))
         along = here[0] * np.cos(angles)
         hall = -along + np.sqrt(along**2 - _LIDAR_M**2 + _HALL_M**2)
@@ -199,6 +202,16 @@ def test_out_of_sight_stands_then_ends_and_says_why(chair: Chair) -> None:
     assert said[3].stick == (0, 0)  # with the first whole turn
     assert said[10].reason == "person_hidden"
     assert (said[-1].stick, said[-1].state, said[-1].reason) == (None, "ended", "person_lost")
+
+
+def test_stands_and_says_so_where_the_chair_does_not_fit(chair: Chair) -> None:
+    """The person leaves between two things that stand there; the chair is wider."""
+    chair.gap_m = 0.6
+    chair.press()
+    chair.runs(3.0, -0.5)
+    chair.runs(2.6)
+    said = chair.runs(4.0, 0.15)
+    assert (said[-1].stick, said[-1].state, said[-1].reason) == ((0, 0), "waits", NARROW)
 
 
 def test_without_a_lidar_or_odometry_it_stands_then_ends(chair: Chair) -> None:

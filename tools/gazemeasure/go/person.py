@@ -21,12 +21,12 @@ from gazechair.following.legs import Scan
 from gazechair.following.person import State
 from gazechair.following.request import STOP, Request
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazemeasure.go.person_chair import ROOM_M, Chair, Thinker
 from gazemeasure.go.person_walk import STEP_S, Walk
 from gazemeasure.home.localization import mapped
 from gazemeasure.report import Report, percentile
 from gazesim import home_plans, rays
-from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, Axis
-from gazesim.home_drive import STEP_S as AXIS_S
+from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M
 from gazesim.home_routes import Pose, Router
 from gazesim.homes import Home
 from gazesim.lidar_noise import MISSING, NOISE_M
@@ -39,8 +39,6 @@ _PER_TURN = 1440
 _OFF_M, _OFF_S = 0.5, 0.25
 _LOST_S = 0.5
 _POSE_M, _POSE_RAD, _DRIFT = 0.008, math.radians(0.15), 0.01
-_RAMP_M_S2, _RAMP_DEG_S2 = 0.6, 80.0
-_ROOM_M = 0.03
 _TURNS_DEG_S = 25.0  # turn rate of the driver towards the leader
 _HELP_S, _HELP_M = 8.0, 2.7
 _LOOK_DEG = 2.5  # error of a look
@@ -66,59 +64,13 @@ class Judged:
     sought_s: float = 0.0
     gaps_m: list[float] = field(default_factory=list)
     spent_ms: list[float] = field(default_factory=list)
+    plans_ms: list[float] = field(default_factory=list)
     blocked_s: float = 0.0
+    narrow_s: float = 0.0
+    """How long it stood because it found no path on which the chair fits."""
     moved_m: float = 0.0
     done: bool = False
     helped: int = 0
-
-
-class _Chair:
-    """Kinematic: dead time, ramps, lag; stops before what it would touch, as the board does."""
-
-    def __init__(self, pose: Pose, chance: random.Random) -> None:
-        self.pose = pose
-        self._linear = Axis(_RAMP_M_S2, chance)
-        self._turn = Axis(_RAMP_DEG_S2, chance)
-        self.blocked = False
-
-    def place(self, pose: Pose) -> None:
-        """Put the chair at `pose`, standing."""
-        self.pose = pose
-        self._linear.halt()
-        self._turn.halt()
-
-    @property
-    def moves(self) -> bool:
-        return abs(self._linear.speed) > 0.02 or abs(self._turn.speed) > 1.0
-
-    def step(self, home: Home, request: Request) -> float:
-        """Drive for 50 ms; returns the distance travelled."""
-        way = turn = 0.0
-        for _ in range(round(STEP_S / AXIS_S)):
-            way += self._linear.step(request.linear_m_s)
-            turn += self._turn.step(math.degrees(request.yaw_rad_s))
-        self.blocked = False
-        if self._moves_to(home, way, turn):
-            return way
-        self.blocked = True
-        if self._moves_to(home, 0.0, turn):
-            self._linear.halt()
-            return 0.0
-        self._turn.halt()
-        if self._moves_to(home, way, 0.0):
-            return way
-        self._linear.halt()
-        return 0.0
-
-    def _moves_to(self, home: Home, way: float, turn: float) -> bool:
-        here = self.pose
-        heading = math.radians(here.heading_deg + 0.5 * turn)
-        x, y = here.x_m + way * math.cos(heading), here.y_m + way * math.sin(heading)
-        room_m = home.clearance_m(x, y, here.heading_deg + turn)
-        if room_m < min(_ROOM_M, home.clearance_m(here.x_m, here.y_m, here.heading_deg)):
-            return False
-        self.pose = Pose(x, y, here.heading_deg + turn)
-        return True
 
 
 def walk(
@@ -139,8 +91,10 @@ class _Run:
         leader = self._walk.leader
         begin = self._walk.start
         heading = math.degrees(math.atan2(leader.y_m - begin.y_m, leader.x_m - begin.x_m))
-        self._chair = _Chair(Pose(begin.x_m, begin.y_m, heading), chance)
-        self._follower = PersonFollower(grid)
+        self._chair = Chair(Pose(begin.x_m, begin.y_m, heading), chance)
+        self._judged = Judged()
+        self._thinker = Thinker(self._judged.plans_ms)
+        self._follower = PersonFollower(grid, submit=self._thinker)
         self._drift = np.zeros(3)
         self._drifts = grid is None
         self._by_look = chance.random() < 0.4
@@ -150,7 +104,6 @@ class _Run:
         self._waited_s = 0.0
         self._plainly = False
         self._off_s = self._unseen_s = 0.0
-        self._judged = Judged()
         self._said = Followed(State.NOBODY, STOP, None)
         self._before = State.NOBODY
 
@@ -169,7 +122,9 @@ class _Run:
             if follows:
                 judged.followed_s += STEP_S
                 judged.blocked_s += STEP_S * self._chair.blocked
-                self._sought_s = self._sought_s + STEP_S if self._chair.blocked else 0.0
+                judged.narrow_s += STEP_S * (not self._said.fits)
+                stuck = self._chair.blocked or not self._said.fits
+                self._sought_s = self._sought_s + STEP_S if stuck else 0.0
             else:
                 judged.sought_s += STEP_S
                 self._sought_s += STEP_S
@@ -192,10 +147,10 @@ class _Run:
             if (
                 self._plainly
                 and far_m > _HELP_M
-                and self._home.clearance_m(pose.x_m, pose.y_m, pose.heading_deg) > _ROOM_M
+                and self._home.clearance_m(pose.x_m, pose.y_m, pose.heading_deg) > ROOM_M
             ):
                 self._chair.place(pose)
-                self._follower = PersonFollower(self._grid)
+                self._follower = PersonFollower(self._grid, submit=self._thinker)
                 self._said = Followed(State.NOBODY, STOP, None)
                 self._judged.helped += 1
                 return
@@ -226,9 +181,12 @@ class _Run:
         true = np.array((pose.x_m, pose.y_m, math.radians(pose.heading_deg)))
         scan, seen = self._scan(true, at_s)
         known = self._known(true)
+        self._thinker.at(at_s)
+        planned_ms = sum(self._judged.plans_ms)
         begin_s = time.process_time()
         self._said = said = self._follower.look(scan, known)
-        self._judged.spent_ms.append(1000.0 * (time.process_time() - begin_s))
+        spent_ms = 1000.0 * (time.process_time() - begin_s)
+        self._judged.spent_ms.append(spent_ms - (sum(self._judged.plans_ms) - planned_ms))
         self._judge(said, true, known, seen)
 
     def _known(self, true: Array) -> Array:
@@ -358,7 +316,13 @@ def add(report: Report, quick: bool) -> None:
         report.add(
             "  blocked by the board", 100.0 * sum(o.blocked_s for o in rows) / sum_s, "% of time"
         )
+        narrow_s = sum(o.narrow_s for o in rows)
+        report.add("  stands, as it fits nowhere", 100.0 * narrow_s / sum_s, "% of time")
         report.add("  driven", sum(o.moved_m for o in rows), "m")
     spent = [ms for rows in done.values() for one in rows for ms in one.spent_ms]
     report.add("person: a scan costs, median", percentile(spent, 0.5), "ms", 5.0)
     report.add("  95 %", percentile(spent, 0.95), "ms")
+    plans = [ms for rows in done.values() for one in rows for ms in one.plans_ms]
+    if plans:
+        report.add("person: a plan costs, median", percentile(plans, 0.5), f"ms, of {len(plans)}")
+        report.add("  95 %", percentile(plans, 0.95), "ms")
