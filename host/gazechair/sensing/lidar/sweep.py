@@ -162,9 +162,8 @@ def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _N
     chosen = missing & (np.bincount(bins_before, minlength=BINS) > 0)
     chosen &= np.bincount(bins_oldest, minlength=BINS) > 0
     filled = _join(newest, _pick(before, chosen[bins_before]))
-    # Only obstacles of the oldest (a copy): they can only reduce a clearance, so their age does
-    # not count.
-    obstacles = _pick(oldest, chosen[bins_oldest] & (oldest[1] > 0.0))
+    # Only obstacles of the oldest: they can only reduce a clearance, so their age does not count.
+    obstacles = _pick(oldest, chosen[bins_oldest] & (oldest[1] > 0.0)).copy()
     obstacles[2] = np.inf
     return _join(filled, obstacles)
 
