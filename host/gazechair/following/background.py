@@ -80,8 +80,8 @@ class Background:
     def standing_m(self, low_m: FloatArray, high_m: FloatArray) -> FloatArray:
         """(N, 2): returns between two corners from what is background by the scans.
 
-        Where no beam goes now, these are the last ones. Where somebody stood who has left, there are
-        none, although such a place remains background for some seconds.
+        Where no beam goes now, these are the last ones. Where somebody stood who has left, there
+        are none, although such a place remains background for some seconds.
         """
         first, end = self._cells(np.stack((low_m, high_m)))
         squares = tuple(slice(a, b + 1) for a, b in zip(first, end, strict=True))

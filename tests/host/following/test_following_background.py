@@ -38,7 +38,7 @@ def test_only_the_newest_returns_of_a_place_count() -> None:
     """A pose that drifts does not make things grow."""
     background = Background()
     for k in range(20):
-        post = _POST + np.array((0.0008 * k, 0.0))
+        post = _POST + np.array((0.0024 * k, 0.0))
         _looks(background, np.concatenate((post, _WALL)), 2, _ORIGIN)
     gaps = np.hypot(*(_standing(background)[:, None] - post).T).min(axis=0)
     assert gaps.max() < 0.01
@@ -46,7 +46,7 @@ def test_only_the_newest_returns_of_a_place_count() -> None:
 
 def test_what_beams_pass_through_is_gone_at_once() -> None:
     background = Background()
-    _looks(background, np.concatenate((_POST, _WALL)), 16, _ORIGIN)
+    _looks(background, np.concatenate((_POST, _WALL)), 40, _ORIGIN)
     assert len(_standing(background))
     bearings = np.linspace(-0.5, 0.5, 400)
     hall = 3.0 * np.stack((np.cos(bearings), np.sin(bearings)), axis=1)
