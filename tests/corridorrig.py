@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from gazesim.home_drive import STEP_S
@@ -35,7 +36,8 @@ class Straight:
 
     def step(self) -> None:
         self.now_s += STEP_S
-        speed = min(self.speed_m_s, 0.6 * max(0.0, self.now_s - BEGINS_S))
+        speed = min(abs(self.speed_m_s), 0.6 * max(0.0, self.now_s - BEGINS_S))
+        speed = math.copysign(speed, self.speed_m_s)
         self.speeds = speed, 0.0
         self.pose = replace(self.pose, x_m=self.pose.x_m + speed * STEP_S)
 

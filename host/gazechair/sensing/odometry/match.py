@@ -10,7 +10,7 @@ import numpy as np
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.odometry.apart import CORRELATED, Constraints, together
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
-from gazechair.sensing.odometry.points import on_flat, stand_alone
+from gazechair.sensing.odometry.points import between, on_flat, stand_alone
 from gazechair.sensing.odometry.straight import as_seen, main_direction, straightened
 
 # The state: x, y (m), offset of the heading (rad), speeds forward and sideways (m/s), the speed of
@@ -28,6 +28,7 @@ _NOISE_M = 0.015
 _NOISE_PER_M = 0.002
 _FEW = 5.0  # points: fewer in a cell's square are no surface
 _FLAT = 8.0  # a surface's length in proportion to its depth, variances
+_SCATTERS = 0.0045  # of the distance, what one beam shows of a surface: the heading is not exact
 _POST_M = 0.05  # something compact is smaller
 _OFF_SIGMAS, _MOST_OFF_RAD = 2.5, math.radians(15.0)  # of a surface's direction
 _LOOSE_M, _TIGHT_M = 0.25, 0.08  # scale beyond which a point counts less: first round, last round
@@ -52,6 +53,8 @@ class Fit:
     """What this match alone tells, with what is in open directions."""
     sees_speed: bool
     """Whether it tells the speed forward."""
+    open_axes: tuple[FloatArray, ...]
+    """(2,) each, the directions of the position that are open."""
 
 
 def fit(
@@ -68,7 +71,7 @@ def fit(
 
     `before`: what earlier pieces of the same turn tell.
     """
-    alone, flat = stand_alone(points), on_flat(points)
+    alone, flat, inner = stand_alone(points), on_flat(points), between(points)
     state = prior.copy()
     distance = np.hypot(points[:, 0], points[:, 1])
     variance = (_NOISE_M + _NOISE_PER_M * distance) ** 2
@@ -82,7 +85,7 @@ def fit(
             facing = np.where(flat, np.arctan2(normals[:, 1], normals[:, 0]) + angle, np.nan)
         surfaces = coarse if iteration < _COARSE else fine
         moments, centres = surfaces.look_up(turned + state[:2], layers)
-        rows, residuals, spread = _rows(moments, centres, turned, state[:2], alone, facing)
+        rows, residuals, spread = _rows(moments, centres, turned, state[:2], alone, (facing, inner))
         loose = _LOOSE_M if iteration < _COARSE else _TIGHT_M
         robust = 1.0 / (1.0 + (residuals / loose) ** 2) ** 2
         which = spread[1]
@@ -118,7 +121,16 @@ def fit(
     left = free @ found @ weight @ free.T + kept @ kept.T
     after = left @ covariance @ left.T
     after += free @ (found - found @ weight @ found) @ free.T
-    return Fit(state, after, information, float(near.sum()) / count, float(known), told, sees_speed)
+    return Fit(
+        state,
+        after,
+        information,
+        float(near.sum()) / count,
+        float(known),
+        told,
+        sees_speed,
+        tuple(open_axes),
+    )
 
 
 def _free_and_kept(open_axes: list[FloatArray], ahead: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -142,8 +154,7 @@ def lie_on(surfaces: LocalMap, points: FloatArray, normals: FloatArray) -> BoolA
     """(N,): which points, with those normals, lie on a remembered surface."""
     moments, centres = surfaces.look_up(points, layers_of(normals))
     alone = np.ones(len(points), dtype=np.bool_)
-    facing = np.full(len(points), np.nan)
-    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2), alone, facing)
+    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2), alone, None)
     lie = np.zeros(len(points), dtype=np.bool_)
     lie[which[np.abs(residuals) < _TIGHT_M]] = True
     return lie
@@ -155,12 +166,12 @@ def _rows(
     turned: FloatArray,
     at: FloatArray,
     alone: BoolArray,
-    facing: FloatArray,
+    seen_there: tuple[FloatArray, BoolArray] | None,
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, np.ndarray]]:
     """Directions, residuals, (variance, which point): flat surfaces across, posts both ways.
 
-    `alone`: which points may be on a post; `facing`: directions of the points' normals, radians,
-    NaN: not known.
+    `alone`: which points may be on a post; `seen_there`: directions of the points' normals,
+    radians, NaN: not known, and which have both neighbours nearby; None: what is remembered counts.
     """
     count = np.maximum(moments[:, 0], 1.0)
     mean = moments[:, 1:3] / count[:, None]
@@ -179,7 +190,11 @@ def _rows(
     off_rad = _OFF_SIGMAS * np.sqrt((small[flat] + _NOISE_M**2) / (large[flat] * count[flat]))
     main_rad = main_direction(angle, np.sqrt(large[flat]))
     own_rad = straightened(angle, np.minimum(off_rad, _MOST_OFF_RAD), main_rad)
-    angle = as_seen(own_rad, facing[flat], main_rad)
+    angle = own_rad
+    if seen_there is not None:
+        facing, inner = seen_there
+        by_several = inner[flat] | (large[flat] > (_SCATTERS * np.hypot(*turned[flat].T)) ** 2)
+        angle = as_seen(own_rad, facing[flat], by_several, main_rad)
     across = np.stack((np.cos(angle), np.sin(angle)), axis=1)
     # A surface is deeper across another direction than its own.
     depth = small[flat] + (large[flat] - small[flat]) * np.sin(angle - own_rad) ** 2

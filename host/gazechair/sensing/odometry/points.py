@@ -113,7 +113,7 @@ def _normals(points: FloatArray, beams: FloatArray) -> FloatArray:
     normals = beams.copy()
     if len(points) < 3:
         return normals
-    both = np.flatnonzero(_between(points))
+    both = np.flatnonzero(between(points))
     along = points[both + 1] - points[both - 1]
     length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)
     normal = np.stack((-along[:, 1], along[:, 0]), axis=1) / length[:, None]
@@ -125,7 +125,7 @@ def _normals(points: FloatArray, beams: FloatArray) -> FloatArray:
 
 def on_flat(points: FloatArray) -> BoolArray:
     """(N,): which consecutive points are in line with both neighbours: their normals are exact."""
-    flat = _between(points)
+    flat = between(points)
     at = np.flatnonzero(flat)
     base, off = points[at + 1] - points[at - 1], points[at] - points[at - 1]
     length = np.maximum(np.hypot(*base.T), 1e-9)
@@ -133,7 +133,7 @@ def on_flat(points: FloatArray) -> BoolArray:
     return flat
 
 
-def _between(points: FloatArray) -> BoolArray:
+def between(points: FloatArray) -> BoolArray:
     """(N,): which consecutive points have both neighbours nearby."""
     near = np.zeros(len(points) + 1, dtype=np.bool_)
     near[1:-1] = np.hypot(*np.diff(points, axis=0).T) < _NEIGHBOUR_M

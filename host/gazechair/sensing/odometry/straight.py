@@ -11,10 +11,11 @@ import math
 import numpy as np
 
 from gazechair.base.angles import half_turn_rad
-from gazechair.base.footprint import FloatArray
+from gazechair.base.footprint import BoolArray, FloatArray
 
 _BINS = 90  # of half a turn
 _MAIN_RAD = math.radians(4.0)  # around the fullest bins: they give the direction
+_FACES_RAD = math.radians(60.0)  # farther off it, a surface faces along the main wall
 
 
 def main_direction(angles_rad: FloatArray, lengths: FloatArray) -> float:
@@ -40,14 +41,19 @@ def straightened(angles_rad: FloatArray, most_rad: FloatArray, main_rad: float) 
     return np.where(np.abs(off) < most_rad, angles_rad - off, angles_rad)
 
 
-def as_seen(angles_rad: FloatArray, seen_rad: FloatArray, main_rad: float) -> FloatArray:
+def as_seen(
+    angles_rad: FloatArray, seen_rad: FloatArray, by_several: BoolArray, main_rad: float
+) -> FloatArray:
     """The directions, none farther off the main one than what is seen there.
 
     A surface remembered across a corner is slanted. To it a wall that passes the corner looks the
-    same wherever it is: the chair would seem to stand. `seen_rad`: NaN: not known.
+    same wherever it is: the chair would seem to stand. So does a far wall to what was remembered of
+    one beam, which hits it always as far ahead. `seen_rad`: NaN: not known; the direction is then
+    kept if it faces along the main wall; `by_several`: where more than one beam shows it.
     """
     off = _off(angles_rad, main_rad)
-    seen = np.where(np.isnan(seen_rad), off, _off(seen_rad, main_rad))
+    unknown = np.where(by_several & (np.abs(off) > _FACES_RAD), off, 0.0)
+    seen = np.where(np.isnan(seen_rad), unknown, _off(seen_rad, main_rad))
     # The main direction itself, where that is between the two.
     beside = (seen * off > 0.0) | (np.abs(seen) + np.abs(off) > 0.5 * math.pi)
     least = np.where(beside, np.copysign(np.minimum(np.abs(seen), np.abs(off)), off), 0.0)

@@ -9,10 +9,13 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.apart import WholeTurn
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
-from gazechair.sensing.odometry.match import Fit, fit
+from gazechair.sensing.odometry.match import FORWARD, OFFSET, Fit, fit
 
 _KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
 _INSERT_M, _INSERT_RAD = 0.10, math.radians(5.0)
+_SEEN_S = 0.4  # for so long a surface has been seen, on average, when it first counts
+_LEAST_M2 = 1e-6  # left of the variance, so that it can be inverted
+_SAME = 0.7  # two directions of the position are the same, cosine
 
 
 class Surfaces:
@@ -22,6 +25,7 @@ class Surfaces:
         self.fine = LocalMap(0.10)
         self._coarse = LocalMap(0.25)
         self._turn = WholeTurn()
+        self._open: tuple[FloatArray, ...] = ()  # directions that the newest fit left open
         # Where each lidar's surfaces were renewed: x, y, heading.
         self._inserted: dict[int, tuple[float, float, float]] = {}
 
@@ -30,6 +34,7 @@ class Surfaces:
         self.fine.clear()
         self._coarse.clear()
         self._turn.forget()
+        self._open = ()
         self._inserted.clear()
 
     def fit(
@@ -41,13 +46,27 @@ class Surfaces:
         covariance: FloatArray,
         heading_rad: float,
     ) -> Fit:
-        """See match.fit."""
+        """See match.fit.
+
+        Where a direction was open, the surfaces that end that are as far off along it as the chair
+        was when it saw them: they tell how far it has come since then, not where it is.
+        """
         known, before = (self._coarse, self.fine), self._turn.until(at_s)
-        return fit(*known, points, normals, prior, covariance, heading_rad, before)
+        found = fit(*known, points, normals, prior, covariance, heading_rad, before)
+        angle = heading_rad + float(prior[OFFSET])
+        ahead = np.array((math.cos(angle), math.sin(angle)))
+        for axis in self._open:
+            if any(abs(axis @ other) > _SAME for other in found.open_axes):
+                continue
+            since = since_seen(covariance, axis, ahead)
+            if axis @ (covariance - since)[:2, :2] @ axis > 0.0:
+                return fit(*known, points, normals, prior, since, heading_rad, before)
+        return found
 
     def note(self, at_s: float, found: Fit) -> None:
         """Later fits of the same turn count with what this one told."""
         self._turn.take(at_s, found.told)
+        self._open = found.open_axes
 
     def renew(
         self,
@@ -75,3 +94,17 @@ class Surfaces:
         for surfaces in (self.fine, self._coarse):
             surfaces.follow(x, y)
             surfaces.insert(places, layers, at_s)
+
+
+def since_seen(covariance: FloatArray, axis: FloatArray, ahead: FloatArray) -> FloatArray:
+    """The covariance relative to surfaces first seen a moment ago, along `axis`, (2,).
+
+    What the position was off until then is theirs, too; since then the speed was off as it is.
+    `ahead`: (2,), where the chair points.
+    """
+    change = np.eye(len(covariance))
+    change[:2, :2] -= np.outer(axis, axis)
+    change[:2, FORWARD] = _SEEN_S * (axis @ ahead) * axis
+    since = change @ covariance @ change.T
+    since[:2, :2] += _LEAST_M2 * np.outer(axis, axis)
+    return np.asarray(since)
