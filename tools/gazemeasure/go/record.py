@@ -1,4 +1,4 @@
-"""The record of missions, docs/missions.json: when a file that they depend on changes, all start again."""
+"""The record of missions, docs/missions.json; a change of a file they depend on starts it anew."""
 
 from __future__ import annotations
 

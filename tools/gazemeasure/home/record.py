@@ -37,5 +37,5 @@ def _summary(rows: list[Row]) -> Row:
         "kinds": {kind: dict(counts) for kind, counts in sorted(told.items())},
         "claims in homes that are not on the map": sum(sum(row["elsewhere"]) for row in rows),
         "carried away": sum(len(row["lost_after_s"]) for row in rows),
-        "noticed after, most, s": max((max(row["lost_after_s"], default=0.0) for row in rows)),
+        "noticed after, most, s": max(max(row["lost_after_s"], default=0.0) for row in rows),
     }
