@@ -90,9 +90,7 @@ class Fitting:
                 self._seek(standing_m, trail, pose, at_s)
         return self._room
 
-    def _checked(
-        self, standing_m: Standing, trail: Trail, pose: FloatArray, planned: bool
-    ) -> Room:
+    def _checked(self, standing_m: Standing, trail: Trail, pose: FloatArray, planned: bool) -> Room:
         """Where the chair fits along `trail`. `planned`: a planner's answer, checked for the first
         time.
         """
