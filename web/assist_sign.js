@@ -21,13 +21,14 @@ async function fetchWords(language) {
   );
 }
 
-/** The host's [it sees enough to help, it steers]; null: off for this driver. */
+/** The host's [it sees enough to help, it steers, it waits]; null: off for this driver. */
 export function show(told, { language }) {
   sign.hidden = !told;
   if (!told) return;
   if (!labels) fetchWords(language);
-  const [works, steers] = told;
-  sign.dataset.steers = works && steers;
-  const key = works ? (steers ? "assist_steers" : "assist_on") : "assist_blind";
+  const [works, steers, waits] = told;
+  sign.dataset.acts = works && (steers || waits);
+  const does = waits ? "assist_waits" : steers ? "assist_steers" : "assist_on";
+  const key = works ? does : "assist_blind";
   setText("assist-sign", labels[key] ?? "");
 }

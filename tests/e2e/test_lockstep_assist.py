@@ -29,7 +29,7 @@ def test_one_press_of_vooruit_passes_a_door_beside_the_way() -> None:
     steered = False
     for _ in range(160):
         chair.run(100)
-        steered |= chair.assist.shown(chair.now_s()) == [True, True]
+        steered |= chair.assist.shown(chair.now_s()) == [True, True, False]
         assert chair.page.shown["override"] == "none", chair.why()
         if chair.world.pose[0] > -0.9:  # its front is through
             break
@@ -46,7 +46,7 @@ def test_what_is_advised_counts_for_the_held_press_alone_and_within_its_bounds()
     def child() -> None:
         if advice and chair.now_ms % 50 == 0:
             press = chair.assist._message.press
-            words = [True, press, *advice, True, chair.now_s()]
+            words = [True, press, *advice, True, False, chair.now_s()]
             chair.assist._on_data(json.dumps(words).encode())
 
     chair.watchers.append(child)

@@ -70,6 +70,15 @@ def test_dropouts_and_spasms_end_presses():
     assert 3 <= driver.commands <= 40
 
 
+@pytest.mark.parametrize(("waits", "least_s", "most_s"), [(False, 0.9, 1.1), (True, 14.9, 15.1)])
+def test_they_hold_on_for_a_while_where_the_page_says_why_nothing_moves(waits, least_s, most_s):
+    driver = GazeDriver(6, ((50.0, 0.0),), helped=True)
+    stands = replace(AHEAD, waits=waits)
+    held = drive(driver, stands, 20.0)
+    begun = held.index("forward")
+    assert least_s <= held.index(None, begun) * TICK_S - begun * TICK_S <= most_s
+
+
 def test_after_three_presses_ended_in_one_place_they_back_away():
     driver = calm()
     now_s, held = 0.0, []

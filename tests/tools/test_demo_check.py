@@ -21,10 +21,14 @@ class Demo:
         self.says_it_is_gone = True
         self.stalled = range(0)  # which holds do not begin: the PC disarms the chair
         self.ended = 0  # which pull of the cable comes after the press has ended
+        self.shown_after = 0  # looks at the page until it shows the stall that ended a step
+        self.turned_deg = [10.0]  # by each press of Links
         self.held = self.pulled = 0
         self.page = self
         self._armed = True
         self._wipers = NEUTRAL
+        self._heading_deg = 0.0
+        self._looks = 0
 
     def control(self) -> Demo:
         return self
@@ -46,7 +50,15 @@ class Demo:
     def wipers(self) -> tuple[int, int]:
         return self._wipers
 
+    def truth(self) -> dict[str, float]:
+        return {"heading_deg": self._heading_deg}
+
     def wait(self, condition: Callable[..., bool], _limit_s: float, what: str) -> Any:
+        if what == "a stall":
+            for _ in range(10):
+                if condition():
+                    return 0.1
+            raise TimeoutError(what)
         if "drives" in what:
             self.held += 1
             if self.held in self.stalled:
@@ -61,7 +73,14 @@ class Demo:
 
     # The driver and the page.
 
+    def click(self, target: str) -> None:
+        if target == "left":
+            self._heading_deg += self.turned_deg.pop(0)
+            self._looks = 0
+
     def data(self, name: str) -> str:
+        if name == "mode":
+            return "step"
         assert name == "state"
         return "armed" if self._armed else "disarmed"
 
@@ -73,7 +92,8 @@ class Demo:
         self._wipers = NEUTRAL
 
     def evaluate(self, _what: str) -> str:
-        return ""
+        self._looks += 1
+        return "host_silent" if 0 < self.shown_after < self._looks else ""
 
     def ignore(self, *_any: object) -> None:
         pass
@@ -105,3 +125,23 @@ def test_a_stall_before_the_cable_is_pulled_is_forgiven() -> None:
     demo.stalled = range(2, 6)  # all of the second try
     pulls_the_cable(demo)
     assert (demo.pulled, demo.held) == (2, 7)
+
+
+def steps_left(demo: Demo) -> None:
+    check = Check(demo, demo, Path())  # type: ignore[arg-type]
+    check._do(check.step_left, 4)
+
+
+def test_a_stall_that_the_page_shows_a_moment_later_is_forgiven() -> None:
+    demo = Demo()
+    demo.shown_after = 5
+    demo.turned_deg = [0.0, 10.0]
+    steps_left(demo)
+    assert not demo.turned_deg
+
+
+def test_a_step_that_is_too_short_without_a_stall_is_not() -> None:
+    demo = Demo()
+    demo.turned_deg = [0.0, 10.0]
+    with pytest.raises(CheckFailed, match="turned"):
+        steps_left(demo)

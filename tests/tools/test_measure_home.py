@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import math
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,7 +13,9 @@ from gazemeasure import carmen_log
 from gazemeasure.home import alarms, odometry
 from gazemeasure.home import maps as home_maps
 from gazemeasure.home import process as home_process
+from gazemeasure.home import record as home_record
 from gazemeasure.home.drives import Job, drive
+from gazemeasure.home.localization import Counted
 from gazemeasure.home.maps import WALLS_M, Judged
 from gazemeasure.report import Report
 
@@ -64,3 +70,29 @@ def test_a_room_that_is_twice_in_the_map_falls_short() -> None:
         report = Report("home")
         home_maps.add_rows(report, "two lidars", maps)
         assert report.ok is ok
+
+
+def run_once(home: int) -> Counted:
+    """Results of the starts in a home; it fails when it runs again."""
+    Path(f"ran {home}").touch(exist_ok=False)
+    found = Counted(right={"as mapped": 9}, unknown={"as mapped": 1}, wrong={"moved": home})
+    found.lost_after_s.append(math.inf if home else 1.0)
+    found.elsewhere.append(home == 1)
+    return found
+
+
+def test_starts_on_record_are_not_run_again_and_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "starts.json"
+    first = home_record.starts(run_once, range(1), file)
+    both = home_record.starts(run_once, range(2), file)
+    assert both[0] == first[0]
+    assert [one.wrong["moved"] for one in both] == [0, 1]
+    stored = json.loads(file.read_text())
+    assert stored["homes"] == 2
+    assert stored["kinds"]["as mapped"] == {"right": 18, "unknown": 2}
+    assert stored["kinds"]["moved"] == {"wrong": 1}
+    assert stored["claims in homes that are not on the map"] == 1
+    assert stored["noticed after, most, s"] == math.inf

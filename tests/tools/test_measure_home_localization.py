@@ -138,3 +138,12 @@ def test_carried_to_where_most_that_is_seen_lies_near_walls_of_the_place_before(
             home_localization.look(home, there, chance), standing, 0.2 * number
         )
     assert found is None
+
+
+def test_a_share_of_few_starts_is_not_judged_a_wrong_one_is() -> None:
+    done = good()
+    for _ in range(5):
+        done.count(KINDS[0], None, POSE)
+    assert is_ok(done)
+    done.count(KINDS[0], claimed(1.0, 0.0), POSE)
+    assert not is_ok(done)

@@ -217,12 +217,13 @@ def test_the_speed_is_the_measured_one_and_not_known_without_it(driver):
         assert driver.text("#motion") == words
 
 
-def test_assist_is_shown_on_vooruit_and_when_it_steers(driver):
+def test_assist_is_shown_on_vooruit_and_when_it_steers_or_waits(driver):
     place = driver.page.locator("#forward").bounding_box()
     for told, words in (
-        ([True, False], "Rijhulp"),
-        ([True, True], "Rijhulp stuurt mee"),
-        ([False, False], "Rijhulp ziet te weinig"),
+        ([True, False, False], "Rijhulp"),
+        ([True, True, False], "Rijhulp stuurt mee"),
+        ([True, True, True], "Rijhulp wacht: staat daar iemand?"),
+        ([False, False, True], "Rijhulp ziet te weinig"),
     ):
 
         def says(told=told, words=words):
@@ -240,7 +241,7 @@ def test_assist_is_shown_on_vooruit_and_when_it_steers(driver):
 def test_assist_that_does_not_load_is_told_and_fetched_again(driver, file):
     page = driver.page
     page.route(f"**/{file}", lambda route: route.abort())
-    told = {"assist": [True, True]}
+    told = {"assist": [True, True, False]}
     driver.wait_until(
         lambda: driver.state(**told) or driver.advance(100) or "geladen" in driver.text("#status"),
         "what is missing",
@@ -258,7 +259,7 @@ def test_what_was_told_before_a_part_had_loaded_is_never_shown(driver):
     page = driver.page
     page.route("**/assist_sign.js", lambda route: route.abort())
     for _ in range(20):
-        driver.state(assist=[True, True])
+        driver.state(assist=[True, True, False])
         driver.advance(100)
     page.unroute("**/assist_sign.js")
     part = "window.shown = []; export function show(told) { window.shown.push(told[1]); }"
@@ -268,7 +269,7 @@ def test_what_was_told_before_a_part_had_loaded_is_never_shown(driver):
     )
     driver.wait_until(
         lambda: (
-            driver.state(assist=[True, False])
+            driver.state(assist=[True, False, False])
             or driver.advance(500)
             or page.evaluate("window.shown?.length")
         ),

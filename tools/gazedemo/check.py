@@ -17,6 +17,7 @@ _HOST_SILENT_MS = 100.0  # promise P2; the cable's last bytes are still in trans
 _SIM_STEP_MS = 5.0  # the simulator's own sampling of the wipers may add this
 _TRIES = 4
 _ARMED_S = 4.0
+_SHOWN_S = 2.0  # the board's reason is on the page by then, on a busy PC too
 # Reasons that appear when a PC stalls for a moment: the driver presses again, as a person would.
 # Each such press is counted in the figures.
 _STALLS = (
@@ -68,8 +69,7 @@ class Check:
                 step()
                 return
             except (TimeoutError, AssertionError, RuntimeError) as error:
-                shown = not self._pulled and (self._disarmed() or self._stalled())
-                stalled = isinstance(error, PressEnded) or shown
+                stalled = isinstance(error, PressEnded) or self._page_tells_of_a_stall()
                 if not (tries_left and stalled):
                     self._fail(step, error)
             try:
@@ -236,6 +236,16 @@ class Check:
 
     def _stalled(self) -> bool:
         return self._banner() in _STALLS
+
+    def _page_tells_of_a_stall(self) -> bool:
+        """Whether the page shows that a stall ended the press, now or in a moment."""
+        if self._pulled:
+            return False
+        try:
+            self._driver.wait(lambda: self._disarmed() or self._stalled(), _SHOWN_S, "a stall")
+        except TimeoutError:
+            return False
+        return True
 
     def _banner(self) -> str:
         key: str = self._driver.page.evaluate("document.getElementById('banner').dataset.key ?? ''")

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from gazeprove.sources import digest_of, digests
 from gazesetup import ROOT
+
+J = TypeVar("J")
+R = TypeVar("R")
+Row = dict[str, Any]
+"""A result as JSON stores it."""
 
 _DOCS = ROOT / "docs"
 
@@ -29,3 +36,43 @@ def write(file: Path, record: Mapping[str, Any]) -> None:
     fresh = file.with_suffix(".new")
     fresh.write_text(json.dumps(record, indent=1) + "\n")
     os.replace(fresh, file)
+
+
+@dataclass(frozen=True)
+class Record(Generic[R]):
+    """Results that are stored one by one, so that an interrupted run is resumed."""
+
+    file: Path | None
+    """None stores nothing."""
+    of: str
+    """The digest of what they depend on; results of another one are dropped."""
+    row: Callable[[R], Row]
+    result: Callable[[Row], R]
+    """The inverse of `row`."""
+    summary: Callable[[list[Row]], Row]
+    """What the file tells about all rows, for people."""
+
+    def gather(self, jobs: Mapping[str, J], run: Callable[[J], R], processes: int) -> list[R]:
+        """The result of each job; those without one in the file are run, and stored there."""
+        rows = self._read()
+        todo = [key for key in jobs if key not in rows]
+        found: dict[str, R] = {}
+        with get_context("fork").Pool(processes) as pool:
+            results = pool.imap(run, [jobs[key] for key in todo])
+            for key, one in zip(todo, results, strict=True):
+                found[key] = one
+                rows[key] = self.row(one)
+                self._write(rows)
+        return [found[key] if key in found else self.result(rows[key]) for key in jobs]
+
+    def _read(self) -> dict[str, Row]:
+        if self.file is None or not self.file.exists():
+            return {}
+        stored = json.loads(self.file.read_text())
+        rows: dict[str, Row] = stored["rows"] if stored["of"] == self.of else {}
+        return rows
+
+    def _write(self, rows: dict[str, Row]) -> None:
+        if self.file is not None:
+            told = {"of": self.of, **self.summary(list(rows.values()))}
+            write(self.file, {**told, "rows": dict(sorted(rows.items()))})

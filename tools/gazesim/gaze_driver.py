@@ -16,7 +16,9 @@ an estimate that was never measured with a driver:
 - turns are held by feel: 15 % standard deviation of the time [E], as in scanning_person;
 - after the chair has ended a press they aim again, to 2 degrees by their judgement (helped: 8);
   after it has ended a turn they drive forward first, up to half a metre [E];
-- they let go of a motion that moves nothing for 1 s, and look away for 0.5 s;
+- they let go of a motion that moves nothing for 1 s, and look away for 0.5 s; not while the tile
+  that they look at says that assist waits for what may be a person and they see that it is a thing:
+  then they hold on, for up to 15 s [E] (it takes 10 s; a press held for that long is usual);
 - when the chair has ended three presses in one place, helped or not, they back away for about 2 s
   and aim again [E]: the page says that something is in the way.
 
@@ -43,6 +45,7 @@ _WRONG, _WRONG_S = 0.05, (0.6, 1.2)
 _JUDGE_DEG, _JUDGE_S = 2.5, 1.5
 _TURN_SD = 0.15
 _STUCK_S, _AWAY_S = 1.0, 0.5
+_PATIENT_S = 15.0
 _COAST_S = 0.3
 _PASSED_M = 0.35  # this near to a point of the route they look at the next
 _NEAR_M = 0.12
@@ -66,6 +69,8 @@ class Seen:
     moves: bool
     turn_deg_s: float
     """The chair's rate in a held turn, as the driver has learnt it."""
+    waits: bool = False
+    """The tile of Vooruit says that assist waits for what may be a person; here it is a thing."""
 
 
 class GazeDriver:
@@ -186,7 +191,8 @@ class GazeDriver:
         if self._ended:
             self._past_deg = _PAST_DEG if self.held in ("left", "right") else 0.0
             self._count_ends(seen)
-        if self._ended or (self.held and now_s - self._moved_s > _STUCK_S):
+        patient_s = _PATIENT_S if seen.waits else _STUCK_S
+        if self._ended or (self.held and now_s - self._moved_s > patient_s):
             self._ended = False
             self._away_till_s = now_s + _AWAY_S
             self._target, self._next = None, None

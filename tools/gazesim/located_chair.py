@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -35,41 +34,12 @@ from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.service import OdometryService
 from gazesim.producer_chair import LIDARS, MAP, ProducerChair, Targets, waiting
 from gazesim.rooms import Room
+from gazesim.thinker import PLAN_MS, Thinker
 
-_ODOMETRY_MS, _MAPPING_MS, PLAN_MS = 15, 60, 300
+_ODOMETRY_MS, _MAPPING_MS = 15, 60
 _TICK_MS = 500
 _CHUNK_S = 0.01  # of the lidars' data: longer than usual, for half as many ray casts
 _PLACE_OLD_S = 1.0
-
-
-class _Thinker(Executor):
-    """A plan is known `plan_ms` later, by the chair's clock; None: after its own CPU time."""
-
-    def __init__(self, now_s: Callable[[], float], plan_ms: float | None) -> None:
-        self._now_s = now_s
-        self._plan_ms = plan_ms
-
-    def submit(self, work: Any, /, *args: Any, **more: Any) -> Future[Any]:
-        """Compute at once; the result is ready later."""
-        made = _Later(self._now_s)
-        begin_s = time.process_time()
-        try:
-            made.set_result(work(*args, **more))
-        except Exception as error:
-            made.set_exception(error)
-        took_s = time.process_time() - begin_s
-        made.ready_s += took_s if self._plan_ms is None else self._plan_ms / 1000.0
-        return made
-
-
-class _Later(Future[Any]):
-    def __init__(self, now_s: Callable[[], float]) -> None:
-        super().__init__()
-        self._now_s, self.ready_s = now_s, now_s()
-
-    def done(self) -> bool:
-        """False until the result is due."""
-        return self._now_s() >= self.ready_s
 
 
 class _Out:
@@ -151,7 +121,7 @@ class LocatedChair(ProducerChair):
             service.stop()
 
     def _thinker(self) -> Executor:
-        return _Thinker(self.now_s, self._plan_ms)
+        return Thinker(self.now_s, self._plan_ms)
 
     def _board_says(self, state: BoardState) -> None:
         self._feed.board(state)

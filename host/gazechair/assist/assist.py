@@ -61,10 +61,14 @@ class Advice:
     turn_permille: int
     steers: bool
     """True if assist chose this motion; False for plain straight on."""
+    waits: bool = False
+    """True while it requests nothing because of a possible person."""
 
 
 STRAIGHT_ON = Advice(FULL, 0, False)
 NOTHING = Advice(0, 0, True)
+"""Keeps the press alive."""
+WAITS = Advice(0, 0, True, waits=True)
 """Keeps the press alive: a possible person may leave, or counts as furniture in time."""
 
 
@@ -254,7 +258,7 @@ class Assist:
         if leg is None:
             return None
         if self._person:
-            return NOTHING
+            return WAITS
         left_m = self._straight_m - leg.ends_m
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
             if left_m > self._short_m() and self.permits.forward_m > _LEG_STOPS_M:
@@ -324,7 +328,7 @@ class Assist:
             if self._press.waits_s < _STUCK_S:
                 return self._wait()
         elif self._person:
-            return NOTHING
+            return WAITS
         elif not self._may_roll() and self._press.waits_s < _STUCK_S:
             self._press.waits_s += dt_s
             return NOTHING

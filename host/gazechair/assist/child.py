@@ -75,7 +75,10 @@ class Advisor:
                 self._assist.see(said.lidar, piece)
 
     def say(self, now_s: float) -> list[Any]:
-        """To send: [can advise, press, linear, turn, steers, monotonic s]; press 0: no advice."""
+        """To send: [can advise, press, linear, turn, steers, waits, monotonic s].
+
+        Press 0: no advice.
+        """
         message = self._message
         knows = message.on and self._assist.knows(now_s)
         if self._turned:  # even if the board ended it at once
@@ -84,9 +87,9 @@ class Advisor:
         steers = knows and message.press not in (0, self._straight)
         advice = self._assist.advise(message.press, now_s) if steers else None
         if advice is None:
-            return [knows, 0, 0, 0, False, now_s]
-        linear, turn = advice.linear_permille, advice.turn_permille
-        return [knows, message.press, linear, turn, advice.steers, now_s]
+            return [knows, 0, 0, 0, False, False, now_s]
+        motion = advice.linear_permille, advice.turn_permille
+        return [knows, message.press, *motion, advice.steers, advice.waits, now_s]
 
     def _no_turns_without_heading(self) -> None:
         if not self._heading_known and self._message.press:

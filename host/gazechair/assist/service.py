@@ -97,18 +97,20 @@ class AssistService(InboxService):
         return steered
 
     def shown(self, now_s: float) -> list[bool] | None:
-        """For the driver's page: [it works, it steers], see Steering; None: off."""
+        """For the driver's page: [it works, it steers, it waits], see Steering; None: off."""
         if not self._wanted():
             return None
-        return [self._steering.works(now_s), self._steering.steers(now_s)]
+        steering = self._steering
+        return [steering.works(now_s), steering.steers(now_s), steering.waits(now_s)]
 
     def _tell(self) -> None:
         if self._supervisor is not None and not self._stopped:
             self._supervisor.tell(pack(self._message))
 
     def _on_data(self, payload: bytes) -> None:
-        knows, press, linear, turn, steers, born_s = json.loads(payload)
-        advised = Advised(int(press), int(linear), int(turn), bool(steers), float(born_s))
+        knows, press, linear, turn, steers, waits, born_s = json.loads(payload)
+        numbers = int(press), int(linear), int(turn)
+        advised = Advised(*numbers, bool(steers), float(born_s), bool(waits))
         self._steering.advised = advised
         if knows:
             self._steering.knows_s = advised.born_s

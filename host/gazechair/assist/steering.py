@@ -27,6 +27,8 @@ class Advised:
     steers: bool
     born_s: float
     """When it was made, monotonic; its data was not old then."""
+    waits: bool = False
+    """It requests nothing because of a possible person."""
 
 
 class Steering:
@@ -44,7 +46,7 @@ class Steering:
         self._edge = 0
         self._assisted = False
         self._first_till_s = 0.0
-        self._steered_s = -math.inf
+        self._steered_s = self._waited_s = -math.inf
 
     def steer(self, command: Command, wanted: bool, now_s: float) -> Command:
         """The command for the board. `wanted`: the driver has assist on."""
@@ -64,7 +66,8 @@ class Steering:
             linear = max(0, min(FULL, advised.linear_permille))
             turn = max(-MOST_TURN, min(MOST_TURN, advised.turn_permille))
             self._first_till_s = now_s
-            if advised.steers:
+            self._waited_s = now_s if advised.waits else -math.inf
+            if advised.steers and not advised.waits:
                 self._steered_s = now_s
         return replace(command, verb=codes.DRIVE, linear_permille=linear, turn_permille=turn)
 
@@ -80,3 +83,7 @@ class Steering:
     def steers(self, now_s: float) -> bool:
         """True if it steers now, or has just done so."""
         return bool(self._edge) and now_s - self._steered_s <= _SHOWN_S
+
+    def waits(self, now_s: float) -> bool:
+        """True if it waits now for a possible person: if it is a thing, holding on is enough."""
+        return bool(self._edge) and now_s - self._waited_s <= _SHOWN_S

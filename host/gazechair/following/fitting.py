@@ -81,14 +81,23 @@ class Fitting:
     def room(self, standing_m: Standing, trail: Trail, pose: FloatArray, at_s: float) -> Room:
         """What the chair may do now; changes `trail` where it does not fit."""
         planned = self._planned(trail, at_s)
-        if not planned and at_s < self._checked_s + _CHECK_S:
-            return self._room
-        self._checked_s = at_s
+        if planned or at_s >= self._checked_s + _CHECK_S:
+            self._checked_s = at_s
+            self._room = self._checked(standing_m, trail, pose, planned)
+            if self._room.ahead_m == math.inf:
+                self.fits = True
+            else:
+                self._seek(standing_m, trail, pose, at_s)
+        return self._room
+
+    def _checked(self, standing_m: Standing, trail: Trail, pose: FloatArray, planned: bool) -> Room:
+        """Where the chair fits along `trail`. `planned`: a planner's answer, checked for the first
+        time.
+        """
         walked_m = np.array([one[:2] for one in trail.points])
         length_m = float(np.hypot(*np.diff(walked_m, axis=0).T).sum())
         rows = trail.expected(pose, min(_CHECKED_M, length_m - KEEP_M))
-        end = walked_m[-1]
-        facing = turn_poses(_pose(pose), math.atan2(end[1] - pose[1], end[0] - pose[0]), 0.0)
+        facing = turn_poses(_pose(pose), _rad(pose, walked_m[-1]), 0.0)
         poses = np.concatenate((rows[:, :3], np.stack(facing, axis=1)))
         clear = self._clearance_m(poses, standing_m)
         along_m = float(clear[: len(rows)].min())
@@ -99,14 +108,16 @@ class Fitting:
         free = clear >= min(self._least_m, clear[0] - _LEAVES_M)
         faces, free = bool(free[len(rows) :].all()), free[: len(rows)]
         if free.all():
-            self._room, self.fits = Room(faces=faces), True
-            return self._room
+            return Room(faces=faces)
         bad_m = float(rows[int(free.argmin()), 3])
-        self._room = Room(max(0.0, bad_m - _STOP_M), bad_m > 0.0, faces)
+        return Room(max(0.0, bad_m - _STOP_M), bad_m > 0.0, faces)
+
+    def _seek(self, standing_m: Standing, trail: Trail, pose: FloatArray, at_s: float) -> None:
+        """Have another path planned, unless that is under way or was done just now."""
         if self._pending is None and at_s >= self._again_s:
             rest = trail.rest(pose)
             points = trail.points[: round(_PLANNED_M / STEP_M)]
-            walked_m = walked_m[: len(points)]
+            walked_m = np.array([one[:2] for one in points])
             seen_m = standing_m(*_around(np.concatenate((walked_m, (rest[:2],)))))
             goals = _goals(points)
             plan = partial(_plan, self._footprint, seen_m, walked_m, rest, goals)
@@ -115,7 +126,6 @@ class Fitting:
             self.fits = self._room.ahead_m > 0.0
         if self._pending is not None:  # the path will begin where the chair comes to rest
             self._room = Room(0.0, False, False)
-        return self._room
 
     def _planned(self, trail: Trail, at_s: float) -> bool:
         """Whether the planner has answered; `trail` is then the best path there is."""
@@ -133,8 +143,8 @@ class Fitting:
         low_m, high_m = poses[:, :2].min(axis=0) - reach_m, poses[:, :2].max(axis=0) + reach_m
         points_m = standing_m(low_m, high_m)
         off = points_m[None, :, :] - poses[:, None, :2]
-        which, _ = np.nonzero(np.hypot(off[..., 0], off[..., 1]) < reach_m)
-        off = off[np.hypot(off[..., 0], off[..., 1]) < reach_m]
+        near = np.hypot(off[..., 0], off[..., 1]) < reach_m
+        which, off = np.nonzero(near)[0], off[near]
         c, s = np.cos(poses[which, 2]), np.sin(poses[which, 2])
         own = np.stack((c * off[:, 0] + s * off[:, 1], c * off[:, 1] - s * off[:, 0]), axis=1)
         least = np.full(len(poses), _CLEAR_M)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,6 +21,8 @@ _PERSON_M = 0.62
 _NEARER_M = 0.10
 _BEHIND_SHARE = 0.35  # of the width: the middle lies behind the visible side
 _BEHIND_MOST_M = 0.15
+LEGS_APART_M = 0.55
+"""The legs of one person are at most this far from each other."""
 _SAME_M = 0.20  # how far a leg moves from one scan to the next
 
 
@@ -117,8 +120,9 @@ def continued(
     """Clusters of this scan that are of whom `own`, of those of the scan before, are.
 
     They lie wholly where those were, and fit none of the others better: nobody else's leg can be
-    there, however little of it shows. Of what touches the background, no more than there was: a
-    wall may appear behind a leg.
+    there, however little of it shows. But somebody, or a wall, may come out from behind a leg: so
+    they are no more than one person's legs can look like, and more than there were only if what
+    was wide has come apart.
     """
     if not own:
         return []
@@ -132,5 +136,15 @@ def continued(
         beyond_m = one.beyond_m(there)
         if beyond_m < _SAME_M and all(beyond_m < one.beyond_m(o.points_m) for o in others):
             found.append((beyond_m, one))
-    found.sort(key=lambda pair: pair[0])
-    return [one for k, (_, one) in enumerate(found) if k < len(own) or one.free]
+    nearest = [one for _, one in sorted(found, key=lambda pair: pair[0])]
+    if nearest and nearest[0].wide:
+        return nearest[:1]  # a skirt, or both legs: what is beside it is not theirs
+    came_apart = any(one.wide for one in own)
+    legs = [one for one in nearest if not one.wide][:2]
+    legs = [one for k, one in enumerate(legs) if k < len(own) or (came_apart and one.free)]
+    return [] if _apart_m(legs) > LEGS_APART_M else legs
+
+
+def _apart_m(legs: Sequence[Cluster]) -> float:
+    """Between two legs; 0: there is only one, or none."""
+    return math.dist(*((one.x_m, one.y_m) for one in legs)) if len(legs) > 1 else 0.0

@@ -10,11 +10,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from gazechair.following.legs import Cluster
+from gazechair.following.legs import LEGS_APART_M, Cluster
 
 _GATE_M = 0.34
 _SECOND_GATE_M = 0.55
-_LEGS_APART_M = 0.55
 _ADOPTED_M, _ADOPTED_PAIR_M = 0.42, 0.22
 _PAIR_M = 0.26  # from the middle of both legs to where the person is expected
 _SURE_PAIR_M = 0.12  # the same, beside a leg that is certainly its own
@@ -130,7 +129,7 @@ class Track:
         if len(self.legs) > 1 or leg.wide or self.legs[0].wide:
             return False
         one = self.legs[0]
-        if math.hypot(one.x_m - leg.x_m, one.y_m - leg.y_m) > _LEGS_APART_M:
+        if math.hypot(one.x_m - leg.x_m, one.y_m - leg.y_m) > LEGS_APART_M:
             return False
         return self.to(0.5 * (one.x_m + leg.x_m), 0.5 * (one.y_m + leg.y_m)) < _PAIR_M
 
@@ -258,7 +257,7 @@ class Tracks:
                 one
                 for one in free
                 if not (leg.wide or one.wide)
-                and math.hypot(one.x_m - leg.x_m, one.y_m - leg.y_m) < _LEGS_APART_M
+                and math.hypot(one.x_m - leg.x_m, one.y_m - leg.y_m) < LEGS_APART_M
             ]
             if near:
                 mine.append(min(near, key=lambda o: math.hypot(o.x_m - leg.x_m, o.y_m - leg.y_m)))

@@ -128,7 +128,9 @@ def test_before_what_may_be_a_person_it_asks_for_nothing_and_goes_on_when_it_may
         assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
         asked.append(assist.advise(1, now_s))
     assert all(one.linear_permille == one.turn_permille == 0 for one in asked[:35])
+    assert all(one.waits for one in asked[:35])
     assert asked[-1] == STRAIGHT_ON
+    assert not asked[-1].waits
 
 
 def test_in_a_door_with_the_frame_beside_a_corner_it_goes_on_and_does_not_turn():

@@ -61,7 +61,7 @@ class Chair:
             self.service.clearance(Clearance(0, codes.SIMULATED, now_s))
             time.sleep(0.05)
         self.service.steer(STOP_COMMAND, time.monotonic())
-        return self.service.shown(time.monotonic()) == [True, False]
+        return self.service.shown(time.monotonic()) == [True, False, False]
 
 
 @pytest.fixture
@@ -121,13 +121,13 @@ def advisor(**message: object) -> Advisor:
 
 
 def test_it_advises_the_held_press_and_knows_when_nothing_is_held() -> None:
-    assert advisor().say(10.0) == [True, 0, 0, 0, False, 10.0]
-    assert advisor(press=9).say(10.0) == [True, 9, 1000, 0, False, 10.0]
-    assert advisor(turns=1).say(10.0) == [True, 0, 0, 0, False, 10.0]
+    assert advisor().say(10.0) == [True, 0, 0, 0, False, False, 10.0]
+    assert advisor(press=9).say(10.0) == [True, 9, 1000, 0, False, False, 10.0]
+    assert advisor(turns=1).say(10.0) == [True, 0, 0, 0, False, False, 10.0]
 
 
 def test_it_looks_at_nothing_while_nobody_wants_it() -> None:
-    assert advisor(on=False, press=9).say(10.0) == [False, 0, 0, 0, False, 10.0]
+    assert advisor(on=False, press=9).say(10.0) == [False, 0, 0, 0, False, False, 10.0]
 
 
 def test_a_lidar_lost_or_blind_or_a_message_without_clearance_is_no_advice() -> None:
@@ -164,7 +164,7 @@ def test_after_a_heading_was_lost_the_press_turns_no_more_and_the_next_one_does_
     assert one.say(10.1)[:3] == [True, 9, 1000]
     moved(one, [1.0, None, *AFTER], 10.15)
     # The board ends this press at the first turn; straight on it goes on.
-    assert one.say(10.4) == [True, 0, 0, 0, False, 10.4]
+    assert one.say(10.4) == [True, 0, 0, 0, False, False, 10.4]
     pressed(one, 10, 10.4)
     assert one.say(10.4)[1:4] == [10, 1000, 0]
 
@@ -174,7 +174,7 @@ def test_a_press_that_began_without_a_heading_turns_no_more_either() -> None:
     moved(one, [None], 10.05)
     pressed(one, 9, 10.06)
     moved(one, AFTER, 10.1)
-    assert one.say(10.25) == [True, 0, 0, 0, False, 10.25]
+    assert one.say(10.25) == [True, 0, 0, 0, False, False, 10.25]
 
 
 @pytest.mark.parametrize("between", [{"press": 10}, {"turns": 1}])
@@ -206,15 +206,25 @@ def test_foreign_messages_and_datagrams_change_nothing() -> None:
         one.hear(line)
     for datagram in (b"", b"S", b"\xff" * 60000, inbox.pack_motion(Motion(5.0, 0.0, 0, 0))):
         one.take(datagram, 10.0)
-    assert one.say(10.0) == [True, 9, 1000, 0, False, 10.0]
+    assert one.say(10.0) == [True, 9, 1000, 0, False, False, 10.0]
 
 
-NONSENSE = [b"", b"\xff", b"null", b"[]", b"[1,2,3]", b'[true,"a",0,0,true,1.0]']
+NONSENSE = [b"", b"\xff", b"null", b"[]", b"[1,2,3]", b'[true,"a",0,0,true,false,1.0]']
 
 
-@pytest.mark.parametrize("record", [*NONSENSE, b"[true,1,NaN,0,true,1]"])
+@pytest.mark.parametrize("record", [*NONSENSE, b"[true,1,NaN,0,true,false,1]"])
 def test_a_record_of_nonsense_is_an_error_of_the_child(chair: Chair, record: bytes) -> None:
     before = chair.service._steering.advised
     with pytest.raises((ValueError, TypeError)):
         chair.service._on_data(record)
     assert chair.service._steering.advised is before
+
+
+def test_that_it_waits_for_what_may_be_a_person_reaches_the_page(chair: Chair) -> None:
+    stopped = Clearance(0, codes.SIMULATED, 10.0, forward_mm=0)
+    said = advisor(press=9, clearance=stopped).say(10.0)
+    assert said == [True, 9, 0, 0, True, True, 10.0]
+    now_s = time.monotonic()
+    chair.service._on_data(json.dumps([*said[:-1], now_s]).encode())
+    chair.service.steer(vooruit(9), now_s)
+    assert chair.service.shown(now_s) == [True, False, True]

@@ -133,6 +133,26 @@ def test_it_is_shown_to_steer_while_it_does_and_a_moment_longer():
     assert not steering.steers(NOW_S + 0.1)
 
 
+def test_it_is_shown_to_wait_and_not_to_steer_until_it_goes_on_or_the_press_ends():
+    for after, shown in (((7, 0, 0, True), True), ((7, 400, 0, True), False)):
+        steering = working()
+        steering.advised = Advised(7, 0, 0, True, NOW_S, waits=True)
+        steering.steer(held(), True, NOW_S)
+        assert (steering.steers(NOW_S), steering.waits(NOW_S)) == (False, True)
+        steering.advised = Advised(*after, NOW_S + 0.1, waits=shown)
+        steering.steer(held(), True, NOW_S + 0.1)
+        assert (steering.steers(NOW_S + 0.1), steering.waits(NOW_S + 0.1)) == (not shown, shown)
+        steering.steer(STOP_COMMAND, True, NOW_S + 0.15)
+        assert not steering.waits(NOW_S + 0.15)
+
+
+def test_waiting_for_another_press_is_not_shown():
+    steering = working()
+    steering.advised = Advised(6, 0, 0, True, NOW_S, waits=True)
+    steering.steer(held(), True, NOW_S)
+    assert not steering.waits(NOW_S)
+
+
 def test_presses_of_two_drivers_do_not_share_advice():
     # The board's numbers go on; the page's own edges do not count.
     steering = working(press=7)

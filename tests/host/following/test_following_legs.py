@@ -123,3 +123,23 @@ def test_a_part_of_a_wall_that_appears_behind_a_leg_is_not_theirs() -> None:
 def test_what_fits_somebody_elses_leg_better_is_not_theirs() -> None:
     own, other = _part(2.0, 0.0), _part(2.15, 0.0)
     assert continued([own], [own, other], [_part(2.12, 0.0)]) == []
+
+
+@pytest.mark.parametrize(
+    ("own", "other"),
+    [
+        (_part(2.0, 0.0, 0.4), _part(2.1, 0.3)),
+        (_part(2.0, 0.0, 0.4), _part(2.1, 0.2, 0.3)),
+        (_part(2.0, 0.0), _part(2.15, 0.1)),
+        (_part(2.0, 0.0), _part(2.15, 0.0, 0.3)),
+    ],
+)
+def test_what_comes_out_from_behind_them_is_not_theirs(own: Cluster, other: Cluster) -> None:
+    assert continued([own], [own], [other, own]) == [own]
+
+
+def test_legs_too_far_apart_for_one_person_are_not_certainly_theirs() -> None:
+    legs_before = [_part(2.0, 0.27), _part(2.0, -0.27)]
+    legs_now = [_part(2.0, 0.29), _part(2.0, -0.29)]
+    assert continued(legs_before, legs_before, legs_before) != []
+    assert continued(legs_before, legs_before, legs_now) == []

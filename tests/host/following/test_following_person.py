@@ -318,3 +318,24 @@ def test_another_who_comes_out_as_the_person_goes_in_is_not_followed(
             assert math.dist(said.person_m, here) < 0.5
         if k > goes_in + 10:
             assert said.request == STOP
+
+
+@pytest.mark.parametrize("behind_m", [0.0, 0.05, 0.1])
+def test_a_skirt_that_comes_out_beside_a_skirt_is_not_followed_along(behind_m: float) -> None:
+    """A pillar hides somebody close beside the person; both walk out from it, and then part."""
+    scene = Scene()
+    pillar: list[Disc] = [(1.2, 0.33, 0.2)]
+    other = (1.85 + behind_m, 0.47)
+    for k in range(30):
+        scene.look([(3.35 - 0.05 * k, 0.0, 0.2), (*other, 0.2), *pillar])
+    scene.follower.choose(scene.at_s)
+    for _ in range(24):
+        said = scene.look([(1.85, 0.0, 0.2), (*other, 0.2), *pillar])
+    assert said.state is State.FOLLOWS
+    for k in range(40):
+        side = -0.03 * min(k, 20)
+        away = 0.05 * max(0, k - 20)
+        people = [(1.85, side, 0.2), (other[0] - 0.5 * away, other[1] + side + away, 0.2)]
+        said = scene.look([*people, *pillar])
+        if said.person_m is not None:
+            assert math.dist(said.person_m, (1.85, side)) < 0.15

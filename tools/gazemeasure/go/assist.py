@@ -233,10 +233,9 @@ class Run:
         now_s = self._steps * _STEP_S
         chair, core = self.chair, self.core
         before = self.person.commands
-        held = self.person.tick(
-            now_s,
-            Seen(chair.x_m, chair.y_m, chair.heading_deg, core.moving(), self._turn_deg_s),
-        )
+        waits = self._advice is not None and self._advice.waits
+        pose = chair.x_m, chair.y_m, chair.heading_deg
+        held = self.person.tick(now_s, Seen(*pose, core.moving(), self._turn_deg_s, waits))
         if held is None:
             if self._held is not None:
                 core.release()

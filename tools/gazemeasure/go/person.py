@@ -21,7 +21,7 @@ from gazechair.following.legs import Scan
 from gazechair.following.person import State
 from gazechair.following.request import STOP, Request
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
-from gazemeasure.go.person_chair import ROOM_M, Chair, Thinker
+from gazemeasure.go.person_chair import ROOM_M, Chair
 from gazemeasure.go.person_walk import STEP_S, Walk
 from gazemeasure.home.localization import mapped
 from gazemeasure.report import Report, percentile
@@ -31,6 +31,7 @@ from gazesim.home_routes import Pose, Router
 from gazesim.homes import Home
 from gazesim.lidar_noise import MISSING, NOISE_M
 from gazesim.rooms import Array
+from gazesim.thinker import Thinker
 
 _WALKS, _WALKS_QUICK = 100, 6
 _SECONDS, _SECONDS_QUICK = 45.0, 25.0
@@ -93,8 +94,10 @@ class _Run:
         heading = math.degrees(math.atan2(leader.y_m - begin.y_m, leader.x_m - begin.x_m))
         self._chair = Chair(Pose(begin.x_m, begin.y_m, heading), chance)
         self._judged = Judged()
-        self._thinker = Thinker(self._judged.plans_ms)
-        self._follower = PersonFollower(grid, submit=self._thinker)
+        self._at_s = 0.0
+        thinker = Thinker(lambda: self._at_s)
+        self._submit, self._judged.plans_ms = thinker.submit, thinker.spent_ms
+        self._follower = PersonFollower(grid, submit=self._submit)
         self._drift = np.zeros(3)
         self._drifts = grid is None
         self._by_look = chance.random() < 0.4
@@ -150,7 +153,7 @@ class _Run:
                 and self._home.clearance_m(pose.x_m, pose.y_m, pose.heading_deg) > ROOM_M
             ):
                 self._chair.place(pose)
-                self._follower = PersonFollower(self._grid, submit=self._thinker)
+                self._follower = PersonFollower(self._grid, submit=self._submit)
                 self._said = Followed(State.NOBODY, STOP, None)
                 self._judged.helped += 1
                 return
@@ -181,7 +184,7 @@ class _Run:
         true = np.array((pose.x_m, pose.y_m, math.radians(pose.heading_deg)))
         scan, seen = self._scan(true, at_s)
         known = self._known(true)
-        self._thinker.at(at_s)
+        self._at_s = at_s
         planned_ms = sum(self._judged.plans_ms)
         begin_s = time.process_time()
         self._said = said = self._follower.look(scan, known)

@@ -1,14 +1,10 @@
-"""The chair of the walks: how it moves, and what stands in for its planner's thread."""
+"""The chair of the walks: how it moves."""
 
 from __future__ import annotations
 
 import math
 import random
-import time
-from collections.abc import Callable
-from concurrent.futures import Future
 
-from gazechair.following.fitting import Planned
 from gazechair.following.request import Request
 from gazemeasure.go.person_walk import STEP_S
 from gazesim.home_drive import STEP_S as AXIS_S
@@ -19,7 +15,6 @@ from gazesim.homes import Home
 ROOM_M = 0.03
 """It stops this far from anything, as the board does."""
 _RAMP_M_S2, _RAMP_DEG_S2 = 0.6, 80.0
-_PLAN_S = 0.3  # from asking for a path to the scan that gets it
 
 
 class Chair:
@@ -69,27 +64,3 @@ class Chair:
             return False
         self.pose = Pose(x, y, here.heading_deg + turn)
         return True
-
-
-class Thinker:
-    """Plans in place of a thread: the path arrives some scans later, and its time counts apart."""
-
-    def __init__(self, spent_ms: list[float]) -> None:
-        self._spent_ms = spent_ms
-        self._waiting: list[tuple[Future[Planned | None], Planned | None, float]] = []
-        self.now_s = 0.0
-
-    def __call__(self, job: Callable[[], Planned | None]) -> Future[Planned | None]:
-        begin_s = time.process_time()
-        found = job()
-        self._spent_ms.append(1000.0 * (time.process_time() - begin_s))
-        self._waiting.append((Future(), found, self.now_s + _PLAN_S))
-        return self._waiting[-1][0]
-
-    def at(self, now_s: float) -> None:
-        """A scan of that time comes now."""
-        self.now_s = now_s
-        due = [one for one in self._waiting if one[2] <= now_s]
-        self._waiting = [one for one in self._waiting if one[2] > now_s]
-        for future, found, _ in due:
-            future.set_result(found)

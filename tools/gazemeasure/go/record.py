@@ -1,21 +1,16 @@
-"""Stores results of missions one by one, so that an interrupted run of the full set is resumed.
-
-docs/missions.json has the results, and a digest of the files that they depend on: when one of these
-changes, all missions start again.
-"""
+"""The record of missions, docs/missions.json; a change of a file they depend on starts it anew."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from gazemeasure import on_record
+from gazemeasure.on_record import Record, Row
 from gazesetup import ROOT
 
 FILE = on_record.file_of("missions.json")
@@ -56,7 +51,7 @@ R = TypeVar("R", bound=Result)
 def gather(
     jobs: Sequence[J],
     run: Callable[[J], R],
-    load: Callable[[dict[str, Any]], R],
+    load: Callable[[Row], R],
     processes: int,
     file: Path | None,
 ) -> list[R]:
@@ -65,17 +60,8 @@ def gather(
     `load`: makes a result from its JSON fields. `file`: None stores nothing.
     """
     of = "" if file is None else digest()
-    rows = {} if file is None else _read(file, of)
-    todo = [job for job in jobs if _key(job) not in rows]
-    found: dict[str, R] = {}
-    with get_context("fork").Pool(processes) as pool:
-        for one in pool.imap_unordered(run, todo):
-            found[_key(one.job)] = one
-            if file is not None:
-                rows[_key(one.job)] = _row(one)
-                _write(file, of, rows)
-    keys = [_key(job) for job in jobs]
-    return [found[key] if key in found else load(rows[key]["result"]) for key in keys]
+    record = Record(file, of, _row, lambda row: load(row["result"]), _summary)
+    return record.gather({f"{job.kind} {job.seed}": job for job in jobs}, run, processes)
 
 
 def digest() -> str:
@@ -83,11 +69,7 @@ def digest() -> str:
     return on_record.digest(_BEGINS)
 
 
-def _key(job: Job) -> str:
-    return f"{job.kind} {job.seed}"
-
-
-def _row(one: Result) -> dict[str, Any]:
+def _row(one: Result) -> Row:
     """A result as a JSON row, with common fields for every kind."""
     return {
         "kind": one.job.kind,
@@ -98,23 +80,14 @@ def _row(one: Result) -> dict[str, Any]:
     }
 
 
-def _read(file: Path, of: str) -> dict[str, dict[str, Any]]:
-    if not file.exists():
-        return {}
-    record = json.loads(file.read_text())
-    rows: dict[str, dict[str, Any]] = record["missions"] if record["of"] == of else {}
-    return rows
+def _summary(rows: list[Row]) -> Row:
+    kinds = sorted({row["kind"] for row in rows})
+    return {
+        "kinds": {kind: _of_kind([one for one in rows if one["kind"] == kind]) for kind in kinds}
+    }
 
 
-def _write(file: Path, of: str, rows: dict[str, dict[str, Any]]) -> None:
-    kinds: dict[str, list[dict[str, Any]]] = {}
-    for _, row in sorted(rows.items()):
-        kinds.setdefault(row["kind"], []).append(row)
-    record = {"of": of, "kinds": {kind: _summary(of_it) for kind, of_it in kinds.items()}}
-    on_record.write(file, {**record, "missions": dict(sorted(rows.items()))})
-
-
-def _summary(done: list[dict[str, Any]]) -> dict[str, Any]:
+def _of_kind(done: list[Row]) -> Row:
     ratios = [row["ratio"] for row in done if row["arrived"]]
     return {
         "missions": len(done),

@@ -24,7 +24,8 @@ from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.places import Drawn
 from gazemeasure.go.ideal import Permitted, ideal_s
 from gazesim.homes import GLASS, Home
-from gazesim.located_chair import PLAN_MS, LocatedChair
+from gazesim.located_chair import LocatedChair
+from gazesim.thinker import PLAN_MS
 
 ARRIVED_M, ARRIVED_DEG = 0.15, 5.0
 _GOAL = "Daar"

@@ -16,7 +16,17 @@ from gazechair.sensing.lidar.dense import CapsuleDecoder
 from gazechair.sensing.mapping.building.pose_graph import MissingPackageError
 from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
-from gazemeasure.home import alarms, drives, faults, foreign, forward, localization, logs, upkeep
+from gazemeasure.home import (
+    alarms,
+    drives,
+    faults,
+    foreign,
+    forward,
+    localization,
+    logs,
+    record,
+    upkeep,
+)
 from gazemeasure.home import odometry as home_odometry
 from gazemeasure.home import process as home_process
 from gazemeasure.pools import forked
@@ -38,7 +48,9 @@ def measure(quick: bool) -> Report:
     with forked() as pool:
         each = partial(pool.map, chunksize=1)
         home_odometry.measure(report, quick, each)
-        for part in (drives, localization, foreign, faults, upkeep, alarms, forward):
+        drives.measure(report, quick, each)
+        localization.measure(report, quick, each if quick else record.starts)
+        for part in (foreign, faults, upkeep, alarms, forward):
             part.measure(report, quick, each)
     _cost(report, 5.0 if quick else 30.0)
     home_process.measure(report, quick, _DENSE)

@@ -25,7 +25,13 @@ from gazechair.sensing.mapping.locating.localization import Localization
 from gazechair.sensing.mapping.stored import ros_map
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazemeasure import carmen_log
-from gazemeasure.home.localization import Counted, key_scans, somewhere, turning
+from gazemeasure.home.localization import (
+    Counted,
+    add_right,
+    key_scans,
+    somewhere,
+    turning,
+)
 from gazemeasure.report import Report
 from gazesim import home_plans
 from gazesim import ros_map as ros_home
@@ -122,15 +128,7 @@ def measure(report: Report, quick: bool, run: Run) -> None:
         except carmen_log.NoDataError as error:
             report.note(f"{kind} not measured: {error}")
             continue
-        right, wrong, unknown = (
-            sum(getattr(one, name).get(kind, 0) for one in done)
-            for name in ("right", "wrong", "unknown")
-        )
-        count = right + wrong + unknown
-        least = _LEAST.get(kind)
-        share = 100.0 * right / count
-        report.add(f"finding itself, {kind}: right", share, f"% of {count}", least, at_least=True)
-        report.add("  confidently wrong", wrong, "", 0.0)
+        add_right(report, kind, done, _LEAST.get(kind))
 
 
 def starts_in(job: Job) -> Counted:
