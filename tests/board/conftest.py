@@ -1,12 +1,14 @@
 """Boards for these tests: emulated Teensys, or with --board PORT the one there, real or not."""
 
 import contextlib
+import functools
 import shutil
 from collections.abc import Hashable, Iterator
 from pathlib import Path
 
 import pytest
 
+from gazechair.board.link import BoardLink
 from gazechair.service import board_settings
 from gazechair.service.calibrate import heading
 from gazechair.service.flash import Flasher, command, repl, tree
@@ -14,6 +16,8 @@ from gazedemo.sim_control import SimControl
 from gazelink import codes
 from liveboard import LIMIT_S, NOBODY_S, EmulatedLiveBoard, Flashed, LiveBoard
 from remembered import remembered
+
+SETTING_S = 3.0  # it takes a third of a second of the board's own time
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -38,7 +42,10 @@ def patient() -> Iterator[None]:
                 patch.setattr(module, name, LIMIT_S)
         patch.setattr(repl, "_TIMEOUT_S", LIMIT_S)
         patch.setattr(board_settings, "_CONNECT_S", LIMIT_S)
-        patch.setattr(board_settings, "_TRIES", int(LIMIT_S))  # of a second each
+        # Asked again while it still writes its flash, a slow board loses its session by that.
+        patient = functools.partialmethod(BoardLink.setting, timeout_s=SETTING_S)
+        patch.setattr(BoardLink, "setting", patient)
+        patch.setattr(board_settings, "_TRIES", int(LIMIT_S / SETTING_S))
         yield
 
 
