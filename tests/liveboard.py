@@ -17,6 +17,8 @@ from livehost import NEUTRAL_OUTPUT, STOP, LiveHost
 
 # Wall time a condition may take: the emulation keeps up with real time, but machines stall.
 LIMIT_S = 120.0
+NOBODY_S = 1.0  # the same where there is nobody to answer
+SAID = 300  # characters of what an emulation said before it ended; its registers follow
 STEP_S = 0.001
 NEUTRAL = (170, 170)
 # The flashed main.py with something in between; a script runs in place of it at one boot only.
@@ -27,6 +29,21 @@ exec(text[:at])
 {}
 exec(text[at:])
 """
+
+
+class EmulationEnded(Exception):
+    """QEMU is gone, which no test asked for; the text has what it said."""
+
+
+class Emulation(EmulatedBoard):
+    """One that never ends by itself: an emulated Teensy that resets itself stays the same QEMU."""
+
+    def poll(self) -> None:
+        """Raises EmulationEnded where a simulation would take that for a reset."""
+        if self._process is not None and (code := self._process.poll()) is not None:
+            said = (self._folder / "board.log").read_text(errors="replace")[:SAID].strip()
+            raise EmulationEnded(f"QEMU ended with {code}: {said or 'it said nothing'}")
+        super().poll()
 
 
 class LiveBoard:
@@ -101,12 +118,13 @@ class EmulatedLiveBoard(LiveBoard):
             self.bank.buffer[layout.FLASH_AT : end] = flash
         self.world = World(self.bank, "living", tick_stall_s=0.1)
         self.cable = Cable(folder / "port")
-        self.board = EmulatedBoard(
+        self.board = Emulation(
             m7, self.bank, folder / "bank", folder / "files", self.cable, counted=True
         )
         super().__init__(folder / "port", simulated=True)
         self._tick = 0
         self._ending = threading.Event()
+        self._ended: EmulationEnded | None = None  # in the background
 
     def start(self, patch: str = "") -> None:
         """Switch it on; `patch` is run in the firmware, once, before its App is imported."""
@@ -162,14 +180,20 @@ class EmulatedLiveBoard(LiveBoard):
         self._thread.start()
 
     def stop_background(self) -> None:
-        """The test lets time pass again, and has the port back."""
+        """The test lets time pass again, and has the port back. Raises EmulationEnded."""
         self._ending.set()
         self._thread.join(LIMIT_S)
         self.host.connected = True
+        if self._ended is not None:
+            raise self._ended
 
     def _pump(self) -> None:
-        while not self._ending.wait(0.002):
-            self.pass_time()
+        try:
+            while not self._ending.wait(0.002):
+                self.pass_time()
+        except EmulationEnded as ended:
+            self._ended = ended
+            self.cable.pull()  # whoever waits for an answer need not
 
     def cut_power(self) -> None:
         """In the background's time: the board loses its power now."""

@@ -1,17 +1,23 @@
 """Boards for these tests: emulated Teensys, or with --board PORT the one there, real or not."""
 
 import contextlib
+import functools
 import shutil
 from collections.abc import Hashable, Iterator
 from pathlib import Path
 
 import pytest
 
-from gazechair.service.flash import Flasher, tree
+from gazechair.board.link import BoardLink
+from gazechair.service import board_settings
+from gazechair.service.calibrate import heading
+from gazechair.service.flash import Flasher, command, repl, tree
 from gazedemo.sim_control import SimControl
 from gazelink import codes
-from liveboard import EmulatedLiveBoard, Flashed, LiveBoard
+from liveboard import LIMIT_S, NOBODY_S, EmulatedLiveBoard, Flashed, LiveBoard
 from remembered import remembered
+
+SETTING_S = 3.0  # it takes a third of a second of the board's own time
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -22,6 +28,25 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if here in item.path.parents and "m7" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.skip(reason="needs faults that only an emulation has"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def patient() -> Iterator[None]:
+    """The host waits for an answer as long as this machine may stall, two boards side by side.
+
+    What comes, comes no later: only a test that fails takes longer.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (command, heading):
+            for name in ("_HELLO_S", "_MAINTENANCE_S", "_START_S"):
+                patch.setattr(module, name, LIMIT_S)
+        patch.setattr(repl, "_TIMEOUT_S", LIMIT_S)
+        patch.setattr(board_settings, "_CONNECT_S", LIMIT_S)
+        # Asked again while it still writes its flash, a slow board loses its session by that.
+        patient = functools.partialmethod(BoardLink.setting, timeout_s=SETTING_S)
+        patch.setattr(BoardLink, "setting", patient)
+        patch.setattr(board_settings, "_TRIES", int(LIMIT_S / SETTING_S))
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -52,7 +77,10 @@ def firmware_sources(tmp_path_factory: pytest.TempPathFactory) -> tree.Sources:
 
 @pytest.fixture(scope="session")
 def flashed(
-    m7: Path, firmware_sources: tree.Sources, tmp_path_factory: pytest.TempPathFactory
+    m7: Path,
+    patient: None,
+    firmware_sources: tree.Sources,
+    tmp_path_factory: pytest.TempPathFactory,
 ) -> Flashed:
     """What the flashing of a new board says, and its flash memory then."""
     said: list[str] = []
@@ -63,6 +91,7 @@ def flashed(
         try:
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr(tree, "find_sources", lambda: firmware_sources)
+                patch.setattr(command, "_HELLO_S", NOBODY_S)
                 Flasher(said.append).flash(str(board.host.path), dry_run=False, force=False)
         finally:
             board.stop_background()

@@ -51,8 +51,8 @@ class Bench:
         """`act` in the REPL of a board that runs its firmware; then it runs again."""
         greeter = Greeter(self.path)
         try:
-            assert greeter.hello(20.0)
-            greeter.enter_maintenance(10.0)
+            assert greeter.hello(LIMIT_S)
+            greeter.enter_maintenance(LIMIT_S)
         finally:
             greeter.close()
         repl = Repl(self.path)
@@ -146,13 +146,7 @@ def test_ctrl_c_and_a_dead_sensor_leave_nothing_behind(bench: Bench) -> None:
     assert bench.left_behind() == (False, None)
 
 
-def test_the_joystick_is_moved_saved_and_put_back(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # A slow PC emulates less than a second of the board's time in these.
-    monkeypatch.setattr(board_settings, "_CONNECT_S", LIMIT_S)
-    monkeypatch.setattr(board_settings, "_TRIES", 60)
-
+def test_the_joystick_is_moved_saved_and_put_back(bench: Bench) -> None:
     def calibrate(*words: str) -> tuple[list[tuple[int, int]], str]:
         """Where the wipers were at each of these answers, and how it ended ("": saved)."""
         given, wipers = iter(words), []

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from gazeboard.boards import bank_layout as layout
-from gazechair.service.flash import Flasher, FlashError, tree
+from gazechair.service.flash import Flasher, FlashError, command, repl, tree
 from gazechair.service.flash.repl import Repl
 from gazelink import codes, messages
 from gazesim.pty_port import PtyPort
-from liveboard import NEUTRAL, EmulatedLiveBoard, Flashed
+from liveboard import NEUTRAL, NOBODY_S, EmulatedLiveBoard, Flashed
 from livehost import STOP
 
 # By one process, which flashes its first board once for all of them.
@@ -221,7 +221,9 @@ def test_power_cut_half_way_leaves_a_board_that_boots(
     assert "runs: teensy40" in Run(board).flash(), "and flashing again ends well"
 
 
-def test_the_cable_pulled_half_way_is_one_plain_line(emulated: EmulatedLiveBoard) -> None:
+def test_the_cable_pulled_half_way_is_one_plain_line(
+    emulated: EmulatedLiveBoard, monkeypatch: pytest.MonkeyPatch
+) -> None:
     emulated.connect()
 
     class Pulled(Repl):
@@ -232,6 +234,7 @@ def test_the_cable_pulled_half_way_is_one_plain_line(emulated: EmulatedLiveBoard
     with pytest.raises(FlashError, match=r"could not write /flash/.* check its cable and repeat"):
         Run(emulated, Pulled).flash(force=True)
     emulated.board.plug_cable()
+    monkeypatch.setattr(command, "_HELLO_S", NOBODY_S)
     assert "runs: teensy40" in Run(emulated).flash(), "from the REPL where it was left"
 
 
@@ -249,7 +252,7 @@ def test_a_firmware_that_does_not_run_is_taken_back(
     app.write_text(broken + "\n")
     changed = tree.Sources({**sources.files, "gazeboard/app.py": app}, sources.main)
     monkeypatch.setattr(tree, "find_sources", lambda: changed)
-    monkeypatch.setattr("gazechair.service.flash.command._START_S", 6.0)
+    monkeypatch.setattr(command, "_START_S", 6.0)
     if broken.startswith("while"):
         with pytest.raises(FlashError, match="does not let us go back"):
             Run(emulated).flash()
@@ -278,7 +281,11 @@ def test_the_button_at_power_on_gives_the_repl(emulated: EmulatedLiveBoard) -> N
     assert emulated.real_wipers == NEUTRAL
 
 
-def test_a_port_with_nobody_behind_it_is_refused(tmp_path: Path) -> None:
+def test_a_port_with_nobody_behind_it_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "_HELLO_S", NOBODY_S)
+    monkeypatch.setattr(repl, "_TRY_S", int(NOBODY_S))
     silent = PtyPort(tmp_path / "port")
     silent.plug()
     try:

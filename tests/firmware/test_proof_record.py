@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from gazeprove import part_costly, record
+from gazeprove import part_costly, record, record_file
 from gazeprove.parts import PARTS
 
 PART = "mutation"
@@ -44,10 +44,10 @@ def test_one_changed_character_is_told(tmp_path: Path) -> None:
     file = tmp_path / "proof.json"
     files = {"core/safety.py": "12", "core/motion.py": "34"}
     record.write(PART, {"mutants": 1}, [], files, file)
-    assert record.why_not(PART, record.read(file), files) == ""
-    said = record.why_not(PART, record.read(file), {**files, "core/safety.py": "13"})
+    assert record.why_not(PART, record_file.read(file), files) == ""
+    said = record.why_not(PART, record_file.read(file), {**files, "core/safety.py": "13"})
     assert said == "mutation: safety.py changed since it was proven: run tools/prove"
-    said = record.why_not(PART, record.read(file), {"core/motion.py": "34"})
+    said = record.why_not(PART, record_file.read(file), {"core/motion.py": "34"})
     assert said == "mutation: safety.py changed since it was proven: run tools/prove"
 
 
@@ -55,7 +55,7 @@ def test_what_fell_short_or_was_never_run_is_not_proven(tmp_path: Path) -> None:
     """Only proved is proved."""
     file = tmp_path / "proof.json"
     record.write(PART, {"mutants": 1}, ["one survived"], {"a.py": "1"}, file)
-    assert record.why_not(PART, record.read(file), {"a.py": "1"}).endswith(
+    assert record.why_not(PART, record_file.read(file), {"a.py": "1"}).endswith(
         "NOT PROVED: one survived"
     )
     assert record.why_not(PART, NONE, {}) == "mutation: never proven: run tools/prove"
@@ -65,7 +65,7 @@ def test_a_hash_that_is_not_of_its_files_is_told(tmp_path: Path) -> None:
     """Nobody edits the record by hand."""
     file = tmp_path / "proof.json"
     record.write(PART, {}, [], {"a.py": "1"}, file)
-    edited = record.read(file)
+    edited = record_file.read(file)
     edited["files"][edited["parts"][PART]["of"]] = {"a.py": "2"}
     assert "does not fit itself" in record.why_not(PART, edited, {"a.py": "2"})
 
@@ -76,7 +76,7 @@ def test_a_part_updates_its_own_row_only(tmp_path: Path) -> None:
     record.write("fuzz", {"ticks": 1}, [], {"a.py": "1"}, file)
     record.write(PART, {"mutants": 1}, [], {"b.py": "1"}, file)
     record.write(PART, {"mutants": 2}, [], {"b.py": "2"}, file)
-    found = record.read(file)
+    found = record_file.read(file)
     assert found["parts"]["fuzz"]["figures"] == {"ticks": 1}
     assert found["parts"][PART]["figures"] == {"mutants": 2}
     assert sorted(map(str, found["files"].values())) == ["{'a.py': '1'}", "{'b.py': '2'}"]

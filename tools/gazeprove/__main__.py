@@ -33,7 +33,7 @@ def main(arguments: list[str]) -> int:
     results: dict[str, Any] = {}
     short: list[str] = []
     for name in options.part or PARTS:
-        if options.changed and not record.why_not(name, record.read(), record.files_of(name)):
+        if options.changed and not record.why_not_now(name):
             note(f"{name}: proven, and nothing changed since")
             continue
         results[name], missing = _run(name, options.quick)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from gazeprove import decisions, record_file
+from gazeprove import decisions
 from gazeprove.explore import explore
 from gazeprove.inputs import CAUSES, Scope
 from gazeprove.invariants import INVARIANTS
@@ -21,13 +21,8 @@ def enumeration(quick: bool, note: Note) -> Part:
     short: list[str] = []
     ticks = 5_000 if quick else 50_000
     wanted = [(scope, number, ticks) for number, scope in enumerate(scopes(quick))]
-    # The longest first, so that no process waits for the last one: as the record says.
-    before = dict(record_file.figures("enumeration").get("took_s", ()))
-    wanted.sort(key=lambda of: -before.get(of[0].name, 0.0))
-    took_s = []
     with pool(quick) as processes:
-        for name, counted, broken, seconds in processes.imap_unordered(_explore, wanted):
-            took_s.append((name, round(seconds, 1)))
+        for name, counted, broken in processes.imap_unordered(_explore, wanted):
             for figure, count in counted.items():
                 figures[figure] += count
             short += broken
@@ -36,13 +31,12 @@ def enumeration(quick: bool, note: Note) -> Part:
     figures["invariants"] = len(INVARIANTS) + 1  # and: from everywhere back to driving
     if not figures["moving_ticks"]:
         short.append("the random runs never moved")
-    return {**figures, "took_s": sorted(took_s)}, short
+    return figures, short
 
 
-def _explore(of: tuple[Scope, int, int]) -> tuple[str, dict[str, int], list[str], float]:
-    """One scope: its name, its figures, what is broken, its processor time."""
+def _explore(of: tuple[Scope, int, int]) -> tuple[str, dict[str, int], list[str]]:
+    """One scope: its name, its figures, what is broken."""
     scope, seed, ticks = of
-    started = time.process_time()
     found = explore(scope)
     walked = Walk(scope, found, seed).run(ticks)
     counted = {
@@ -54,7 +48,7 @@ def _explore(of: tuple[Scope, int, int]) -> tuple[str, dict[str, int], list[str]
         "moving_ticks": walked.moving,
     }
     broken = [f"{scope.name}: {text}" for text in (*found.broken, *walked.broken)]
-    return scope.name, counted, broken, time.process_time() - started
+    return scope.name, counted, broken
 
 
 def everything_at_once(quick: bool, note: Note) -> Part:

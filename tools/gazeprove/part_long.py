@@ -47,9 +47,9 @@ def webassembly(quick: bool, note: Note) -> Part:
 
 
 def emulated(quick: bool, note: Note) -> Part:
-    """Flashing, calibrating, the link and the promises on the emulated board, in real time."""
+    """Flashing, calibrating, the link and the promises on emulated boards, in real time."""
     note(str(ensure_qemu()))
-    return _run(_EMULATED, {}, processes=0)
+    return _run(_EMULATED, {})
 
 
 def longest(quick: bool, note: Note) -> Part:
@@ -101,11 +101,11 @@ def _measure(note: Note) -> list[list[str]]:
 def _run(
     tests: Path,
     also: dict[str, str],
-    processes: int = os.cpu_count() or 1,
     # Those that are "long" repeat what another part or test runs.
     marks: str = "not long",
 ) -> Part:
-    words = [sys.executable, "-m", "pytest", "-q", "-n", str(processes), "-m", marks, str(tests)]
+    processes = str(os.cpu_count() or 1)
+    words = [sys.executable, "-m", "pytest", "-q", "-n", processes, "-m", marks, str(tests)]
     done = _finish(words, {**source_environment(), **also})
     passed = re.search(r"^(?:.* )?(\d+) passed", done.stdout, re.MULTILINE)
     figures = {"tests": int(passed[1]) if passed else 0}

@@ -24,8 +24,6 @@ from gazeprove import (
 from gazeprove.modules import MODULES, file_of, suite_files
 from gazeprove.sources import digest_of, digests
 
-FILE = record_file.FILE
-read = record_file.read
 _SAYS = "Written by tools/prove. Whatever changes one of these files makes it out of date."
 
 # part -> where its imports begin
@@ -54,10 +52,10 @@ def write(
     figures: dict[str, Any],
     short: list[str],
     files: dict[str, str],
-    file: Path = FILE,
+    file: Path = record_file.FILE,
 ) -> None:
     """Put one part's row in; the others stay."""
-    record = read(file)
+    record = record_file.read(file)
     row = {"proved": not short, "of": digest_of(files), "figures": figures}
     rows = {**record["parts"], part: {**row, "short": short} if short else row}
     parts = {name: rows[name] for name in (*_BEGINS, part_costly.NAME) if name in rows}
@@ -89,4 +87,4 @@ def why_not(part: str, record: dict[str, Any], now: dict[str, str]) -> str:
 
 def why_not_now(part: str) -> str:
     """The same of the committed record and the files as they are."""
-    return why_not(part, read(), files_of(part))
+    return why_not(part, record_file.read(), files_of(part))

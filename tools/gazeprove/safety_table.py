@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from gazelink import codes
-from gazeprove import part_costly, promise_notes, record
+from gazeprove import part_costly, promise_notes, record, record_file
 from gazeprove.promise_notes import Note
 from gazeprove.safety_words import (
     ARMING,
@@ -39,7 +39,7 @@ class TestsFailed(Exception):
 
 def recorded_notes() -> list[Note]:
     """What the tests that are on record measured when they last ran (docs/proof.json)."""
-    found = record.read()
+    found = record_file.read()
     notes: list[Note] = found["parts"]["promises"]["figures"]["notes"]
     if not record.why_not_now(part_costly.NAME):
         notes = [*notes, *found["parts"][part_costly.NAME]["figures"]["notes"]]
