@@ -66,10 +66,12 @@ def fit(
     covariance: FloatArray,
     heading_rad: float,
     before: list[Constraints],
+    learns: bool,
 ) -> Fit:
     """Fit `points` (chair's frame) starting at the state `prior` with its `covariance`.
 
-    `before`: what earlier pieces of the same turn tell.
+    `before`: what earlier pieces of the same turn tell. `learns`: whether the speed of a full
+    command may change.
     """
     alone, flat, inner = stand_alone(points), on_flat(points), between(points)
     state = prior.copy()
@@ -93,7 +95,7 @@ def fit(
         if iteration in (0, _COARSE):
             told = Constraints(rows, turned[which] + state[:2], strength)
             open_axes = together([*before, told]).open_axes()
-            free, kept = _free_and_kept(open_axes, np.array((c, s)))
+            free, kept = _free_and_kept(open_axes, np.array((c, s)), learns)
             weight = np.linalg.inv(free.T @ covariance @ free)
             state = prior + free @ (free.T @ (state - prior))
         for axis in open_axes:
@@ -133,18 +135,19 @@ def fit(
     )
 
 
-def _free_and_kept(open_axes: list[FloatArray], ahead: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _free_and_kept(
+    open_axes: list[FloatArray], ahead: FloatArray, learns: bool
+) -> tuple[FloatArray, FloatArray]:
     """Orthonormal directions of the state, (STATES, N) each: those a fit may change, and the rest.
 
     Nothing tells the speeds of a chair that drives in an open direction either.
     """
-    kept = np.zeros((STATES, 0))
+    along = any(abs(axis @ ahead) > _ALONG for axis in open_axes)
+    kept = np.eye(STATES)[:, [FORWARD, FULL] if along else [] if learns else [FULL]]
     for axis in open_axes:
         place = np.zeros((STATES, 1))
         place[:2, 0] = axis
         kept = np.hstack((kept, place))
-        if abs(axis @ ahead) > _ALONG:
-            kept = np.hstack((kept, np.eye(STATES)[:, [FORWARD, FULL]]))
     # The complement: the last columns of a full orthonormal basis that begins with `kept`.
     basis = np.linalg.qr(kept, mode="complete")[0] if kept.size else np.eye(STATES)
     return basis[:, kept.shape[1] :], kept

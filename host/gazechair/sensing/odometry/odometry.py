@@ -219,10 +219,11 @@ class Odometry:
         self, piece: Piece, sensor: Heading, steady: bool, free_rad: float = 0.0
     ) -> tuple[FloatArray, FloatArray, FloatArray, Fit]:
         """Points, normals, predicted state and fit; the heading is free by `free_rad` more."""
-        state, covariance = self._predict(piece.at_s, sensor.rad, steady)
+        state, covariance, learns = self._predict(piece.at_s, sensor.rad, steady)
         covariance[OFFSET, OFFSET] += free_rad**2
         points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
-        found = self._surfaces.fit(piece.at_s, points, normals, state, covariance, sensor.rad)
+        where = state, covariance, sensor.rad, learns
+        found = self._surfaces.fit(piece.at_s, points, normals, *where)
         return points, normals, state, found
 
     def _seen(self, piece: Piece, sensor: Heading, fitted: _Fitted, judges: bool) -> Seen:
@@ -334,7 +335,7 @@ class Odometry:
 
     def _predict(
         self, at_s: float, heading: float, heading_known: bool
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray, bool]:
         assert self._time_s is not None
         dt_s = at_s - self._time_s
         command, changing = self._reports.command(at_s)
@@ -358,7 +359,7 @@ class Odometry:
             covariance[OFFSET, OFFSET] += (_DIFFERS_RAD_S * dt_s) ** 2
         if not heading_known:
             covariance[OFFSET, OFFSET] += (_UNKNOWN_RAD_S * dt_s) ** 2
-        return state, covariance
+        return state, covariance, speed.learns
 
     def _pose(self) -> tuple[float, float, float]:
         x, y, offset, error = self._state[[X, Y, OFFSET, ERROR]].tolist()

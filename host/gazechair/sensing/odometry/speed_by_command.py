@@ -25,6 +25,8 @@ class Change:
     """Derivative of the new speed by the speed of a full command."""
     q: float
     """Process noise: variance of the change per second."""
+    learns: bool = True
+    """Whether the new speed tells the speed of a full command."""
 
 
 class SpeedByCommand:
@@ -62,7 +64,9 @@ class SpeedByCommand:
         q = _CHANGING_Q if changing else _STEADY_Q
         if abs(change) > most:
             return Change(self._expected_m_s, 1.0, 0.0, q)
-        return Change(change, 1.0 - follow, command * follow, q)
+        # A chair that is much faster at a full command would not be faster yet.
+        learns = not changing or abs(change) + 2.0 * abs(command) * full_sigma_m_s * follow < most
+        return Change(change, 1.0 - follow, command * follow, q, learns)
 
     def judge(self, change_m_s: float | None, dt_s: float) -> None:
         """Compare the last prediction with how the speed has really changed; None: not seen."""

@@ -45,6 +45,7 @@ class Surfaces:
         prior: FloatArray,
         covariance: FloatArray,
         heading_rad: float,
+        learns: bool,
     ) -> Fit:
         """See match.fit.
 
@@ -52,7 +53,7 @@ class Surfaces:
         was when it saw them: they tell how far it has come since then, not where it is.
         """
         known, before = (self._coarse, self.fine), self._turn.until(at_s)
-        found = fit(*known, points, normals, prior, covariance, heading_rad, before)
+        found = fit(*known, points, normals, prior, covariance, heading_rad, before, learns)
         angle = heading_rad + float(prior[OFFSET])
         ahead = np.array((math.cos(angle), math.sin(angle)))
         for axis in self._open:
@@ -60,7 +61,7 @@ class Surfaces:
                 continue
             since = since_seen(covariance, axis, ahead)
             if axis @ (covariance - since)[:2, :2] @ axis > 0.0:
-                return fit(*known, points, normals, prior, since, heading_rad, before)
+                return fit(*known, points, normals, prior, since, heading_rad, before, learns)
         return found
 
     def note(self, at_s: float, found: Fit) -> None:
