@@ -101,6 +101,11 @@ def test_from_a_bare_corridor_to_its_first_doors_it_never_claims_more_than_it_kn
     assert all(abs(off_m) < 3.0 * one.along_sigma_m + 0.05 for one, off_m in found)
 
 
+def test_a_quick_chair_at_its_first_doors_never_claims_more_than_it_knows() -> None:
+    found = drive(with_doors(2.0, 4.0), (FRONT,), 9.0, speed_m_s=0.84, per_turn=800)
+    assert all(abs(off_m) < 3.0 * one.along_sigma_m + 0.05 for one, off_m in found)
+
+
 def test_far_walls_that_few_beams_meet_do_not_take_the_chair_for_standing() -> None:
     doors = with_doors(-27.84, 12.0)
     found = drive(doors, (REAR,), 6.0, speed_m_s=-0.6, per_turn=800)
@@ -206,3 +211,34 @@ def test_a_surprise_ends_where_the_speed_is_not_seen() -> None:
     for _ in range(20):
         speed.judge(None, 0.05)
     assert speed.predict(0.0, 0.5, 0.01, 1.0, False, 0.05).speed_m_s > 0.0
+
+
+@pytest.mark.parametrize(
+    ("speed_m_s", "sigma_m_s", "changing", "learns"),
+    [
+        (0.3, 0.25, True, False),  # a quicker chair would be no faster yet
+        (0.3, 0.25, False, True),
+        (0.4, 0.02, True, True),
+        (0.5, 0.25, True, False),  # it may still slow down
+    ],
+)
+def test_a_chair_that_gains_speed_does_not_tell_how_fast_it_is_at_full_command(
+    speed_m_s: float, sigma_m_s: float, changing: bool, learns: bool
+) -> None:
+    change = SpeedByCommand().predict(speed_m_s, 0.5, sigma_m_s, 0.8, changing, 0.05)
+    assert change.learns == learns
+
+
+def test_the_speed_forward_tells_less_of_that_backward() -> None:
+    speed = SpeedByCommand()
+
+    def less_sure(command: float) -> float:
+        return speed.predict(0.0, 0.5, 0.05, command, True, 0.05).full_variance
+
+    for command in (0.0, 0.8, 0.0):
+        assert less_sure(command) == 0.0
+        speed.judge(0.0, 0.05)
+    assert math.sqrt(less_sure(-0.8)) == pytest.approx(0.075)
+    assert less_sure(-0.8) > 0.0  # a step is predicted twice
+    speed.judge(0.0, 0.05)
+    assert less_sure(-0.8) == 0.0

@@ -50,6 +50,15 @@ def test_who_always_seems_to_slip_sideways_has_a_turned_lidar(
     assert not mounting.known
 
 
+def test_slips_do_not_count_where_the_place_along_a_corridor_is_not_known() -> None:
+    mounting = Mounting()
+    stand = straight(mounting, 1.0, 5.0, replace(STANDS, ahead_sigma_m=0.3))
+    assert not mounting.turned
+    assert not mounting.known
+    straight(mounting, 0.5, 5.0, replace(stand, ahead_sigma_m=0.1))
+    assert mounting.turned
+
+
 @pytest.mark.parametrize("seems_deg", [0.0, 1.0, -1.0])
 def test_a_mounting_as_configured_within_a_degree_is_known_after_half_a_metre(
     seems_deg: float,

@@ -28,6 +28,7 @@ _STEP_S, _STEP_M = 0.25, 0.02
 # A mounting may be so far off. What the chair seems to slip sideways beyond that adds up, for each
 # side; one step counts for no more than the last, as it does when somebody pushes the chair.
 _ALLOWED, _SLIPS_M, _MOST_M = math.tan(math.radians(1.3)), 0.015, 0.009
+_SMEARED_M = 0.15  # what is remembered lies so far off along a corridor, at most
 # Straight on without slip: then the lidars are known to sit right, or again after a suspicion.
 _KNOWN_M, _CLEARS_M = 0.5, 2.0
 _SIGMA_DEG, _NOT_KNOWN_DEG, _TURNED_DEG = 1.0, 5.5, 7.0  # standard deviations
@@ -69,6 +70,8 @@ class Stand:
     """Of odometry's heading against the sensor's, since the beginning."""
     sees_aside: bool = True
     """Whether surfaces tell where the chair is across its heading."""
+    ahead_sigma_m: float = 0.0
+    """Standard deviation of where the chair is along its heading, against the surfaces."""
     compared: Compared = NOT_COMPARED
     """What walls that several lidars see tell of them."""
 
@@ -197,7 +200,9 @@ class Mounting:
         aside = math.copysign(1.0, ahead) * (math.cos(angle) * dy - math.sin(angle) * dx)
         self._ahead_m += abs(ahead)
         self._aside_m += aside
-        for side, sign in enumerate((1.0, -1.0)):
+        # Else doors are remembered where walls are, and the chair slips between them.
+        sides = (1.0, -1.0) if stand.ahead_sigma_m < _SMEARED_M else ()
+        for side, sign in enumerate(sides):
             more_m = min(sign * aside - _ALLOWED * abs(ahead), _MOST_M)
             self._slips_m[side] = max(0.0, self._slips_m[side] + more_m)
         right = abs(self._aside_m) < _ALLOWED * self._ahead_m and stand.compared.turned is None

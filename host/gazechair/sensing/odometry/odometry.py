@@ -271,7 +271,7 @@ class Odometry:
     def _is_turned(self, piece: Piece, fitted: _Fitted, yaw: float, known: bool) -> bool:
         assert self._time_s is not None
         found, pose = fitted.fit, self._pose()
-        across = np.array((-math.sin(pose[2]), math.cos(pose[2])))
+        ahead = np.array((math.cos(pose[2]), math.sin(pose[2])))
         stand = Stand(
             self._time_s,
             piece.lidar,
@@ -283,7 +283,8 @@ class Odometry:
             known,
             fitted.old_or_turned,
             math.degrees(found.state[OFFSET]),
-            is_told(found.information, across),
+            is_told(found.information, np.array((-ahead[1], ahead[0]))),
+            math.sqrt(ahead @ found.covariance[:2, :2] @ ahead),
             self._shared_walls.compared,
         )
         was_turned, sigma_rad = self._mounting.turned, self._mounting.sigma_rad

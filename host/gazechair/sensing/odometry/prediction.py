@@ -58,7 +58,7 @@ def predict(
     gain[FORWARD, 0] = gain[SIDEWAYS, 1] = 1.0
     covariance += gain @ np.diag((speed.q * dt, slip)) @ gain.T
     covariance[OFFSET, OFFSET] += (_DRIFT_RAD_S * dt) ** 2 + (_SCALE * turn) ** 2
-    covariance[FULL, FULL] += 1e-5 * dt
+    covariance[FULL, FULL] += 1e-5 * dt + speed.full_variance
     covariance[ERROR, ERROR] = _HEADING_ERROR_RAD**2
     covariance[X, X] += 1e-8
     covariance[Y, Y] += 1e-8
