@@ -142,15 +142,18 @@ def _free_and_kept(
 
     Nothing tells the speeds of a chair that drives in an open direction either.
     """
+    eye = np.eye(STATES)
     along = any(abs(axis @ ahead) > _ALONG for axis in open_axes)
-    kept = np.eye(STATES)[:, [FORWARD, FULL] if along else [] if learns else [FULL]]
+    still = [FORWARD, FULL] if along else [] if learns else [FULL]
+    kept = eye[:, still]
+    if not open_axes:
+        return eye[:, [at for at in range(STATES) if at not in still]], kept
     for axis in open_axes:
         place = np.zeros((STATES, 1))
         place[:2, 0] = axis
         kept = np.hstack((kept, place))
     # The complement: the last columns of a full orthonormal basis that begins with `kept`.
-    basis = np.linalg.qr(kept, mode="complete")[0] if kept.size else np.eye(STATES)
-    return basis[:, kept.shape[1] :], kept
+    return np.linalg.qr(kept, mode="complete")[0][:, kept.shape[1] :], kept
 
 
 def lie_on(surfaces: LocalMap, points: FloatArray, normals: FloatArray) -> BoolArray:
