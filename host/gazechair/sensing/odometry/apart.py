@@ -16,10 +16,12 @@ from gazechair.base.footprint import FloatArray
 CORRELATED = 2.0
 """Errors of neighbouring points are correlated: so many points count as one."""
 
+LEAST = 150.0
+"""1/m^2: what tells less of a direction may be noise."""
+
 _TURN_S = 0.11  # of a lidar, with some slack: half a turn sees half of a thing
 _LONG_M, _WIDE_M = 3.0, 1.3  # along the direction, and across it: a bed, with who pushes it
 _EDGES = 0.05, 0.95  # of the information of a thing, across: its sides
-_LEAST = 150.0  # 1/m^2, from all other things: less may be noise
 
 
 @dataclass(frozen=True)
@@ -81,14 +83,14 @@ def _is_by_several(along_m: FloatArray, across_m: FloatArray, information: Float
     (N,) each: the points along and across it, and how much each tells, 1/m^2.
     """
     total = float(information.sum())
-    if total < _LEAST:
+    if total < LEAST:
         return False
     order = np.argsort(along_m)
     along, summed = along_m[order], np.concatenate(([0.0], np.cumsum(information[order])))
     ends = np.searchsorted(along, along + _LONG_M, side="right")
     within = summed[ends] - summed[:-1]
     first = int(np.argmax(within))
-    if total - within[first] >= _LEAST:
+    if total - within[first] >= LEAST:
         return True
     thing = order[first : ends[first]]
     thing = thing[np.argsort(across_m[thing])]

@@ -8,6 +8,8 @@ nothing. What is farther away than the window is forgotten.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,12 +33,20 @@ class LocalMap:
         self._moments = np.zeros((_LAYERS * SIZE * SIZE, 6), dtype=np.float32)
         self._seen = np.zeros(_LAYERS * SIZE * SIZE, dtype=np.uint8)  # moments of time, up to 2
         self._last_s = np.full(_LAYERS * SIZE * SIZE, -np.inf, dtype=np.float32)
+        # When a cell was begun, unless before anything was forgotten.
+        self._first_s = np.full(_LAYERS * SIZE * SIZE, -np.inf, dtype=np.float32)
+        self._since_s = -math.inf  # what was begun before is forgotten
         self._low = np.array((-SIZE // 2, -SIZE // 2))
         self._start_s: float | None = None
 
     def clear(self) -> None:
         """Forget everything."""
         self.__init__(self._cell_m)  # type: ignore[misc]
+
+    def begin_anew(self, now_s: float) -> None:
+        """Forget what was seen until now; no array is written, so it costs nothing."""
+        if self._start_s is not None:
+            self._since_s = now_s - self._start_s
 
     def follow(self, x_m: float, y_m: float) -> None:
         """Keep the window around the chair."""
@@ -57,13 +67,14 @@ class LocalMap:
         self._moments.reshape(*shape, 6)[where] = 0.0
         self._seen.reshape(shape)[where] = 0
         self._last_s.reshape(shape)[where] = -np.inf
+        self._first_s.reshape(shape)[where] = -np.inf
 
     def look_up(self, points_m: FloatArray, layers: Ints) -> tuple[FloatArray, FloatArray]:
         """(N, 6) moments of each point's cell, and the cells' centres; zeros: nothing known."""
         column = np.floor(points_m * (1.0 / self._cell_m)).astype(np.int64)
         index = (layers * SIZE + column[:, 0] % SIZE) * SIZE + column[:, 1] % SIZE
         moments = self._moments[index].astype(np.float64)
-        moments[self._seen[index] < 2] = 0.0
+        moments[(self._seen[index] < 2) | (self._first_s[index] < self._since_s)] = 0.0
         return moments, np.asarray((column + 0.5) * self._cell_m, dtype=np.float64)
 
     def insert(self, points_m: FloatArray, layers: Ints, now_s: float) -> None:
@@ -76,6 +87,11 @@ class LocalMap:
         offset = (points_m[:, None, :] - (around + 0.5) * self._cell_m).reshape(-1, 2)
         index = (layers[:, None] * SIZE + around[..., 0] % SIZE) * SIZE + around[..., 1] % SIZE
         index = index.reshape(-1)
+        forgotten = index[self._first_s[index] < self._since_s]
+        self._moments[forgotten] = 0.0
+        self._seen[forgotten] = 0
+        self._last_s[forgotten] = -np.inf
+        self._first_s[forgotten] = relative_s
         free = self._moments[index, 0] < _FULL
         index, offset = index[free], offset[free]
         x, y = offset[:, 0], offset[:, 1]
@@ -83,7 +99,8 @@ class LocalMap:
         np.add.at(self._moments, index, rows.astype(np.float32))
         cells = np.unique(index)
         later = cells[relative_s - self._last_s[cells] >= _APART_S]
-        self._seen[later] = np.minimum(self._seen[later] + (2 if relative_s < _BEGINS_S else 1), 2)
+        begins = relative_s - max(0.0, self._since_s) < _BEGINS_S
+        self._seen[later] = np.minimum(self._seen[later] + (2 if begins else 1), 2)
         self._last_s[later] = relative_s
 
 

@@ -10,6 +10,7 @@ from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.apart import WholeTurn
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import FORWARD, OFFSET, Fit, fit
+from gazechair.sensing.odometry.smear import Smear
 
 _KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
 _INSERT_M, _INSERT_RAD = 0.10, math.radians(5.0)
@@ -25,6 +26,8 @@ class Surfaces:
         self.fine = LocalMap(0.10)
         self._coarse = LocalMap(0.25)
         self._turn = WholeTurn()
+        self._smear = Smear()
+        self._begins_anew = False  # with the next piece
         self._open: tuple[FloatArray, ...] = ()  # directions that the newest fit left open
         # Where each lidar's surfaces were renewed: x, y, heading.
         self._inserted: dict[int, tuple[float, float, float]] = {}
@@ -34,6 +37,7 @@ class Surfaces:
         self.fine.clear()
         self._coarse.clear()
         self._turn.forget()
+        self._smear, self._begins_anew = Smear(), False
         self._open = ()
         self._inserted.clear()
 
@@ -68,6 +72,7 @@ class Surfaces:
         """Later fits of the same turn count with what this one told."""
         self._turn.take(at_s, found.told)
         self._open = found.open_axes
+        self._begins_anew |= self._smear.take(at_s, found, self._turn.until(at_s))
 
     def renew(
         self,
@@ -83,6 +88,11 @@ class Surfaces:
         `known`: the share of the points that lie near known surfaces.
         """
         x, y, angle = pose
+        if self._begins_anew:
+            self._begins_anew = False
+            self._inserted.clear()
+            self.fine.begin_anew(at_s)
+            self._coarse.begin_anew(at_s)
         if (before := self._inserted.get(lidar)) is not None:
             moved = math.hypot(x - before[0], y - before[1])
             new = known < _KNOWN
