@@ -10,7 +10,7 @@ import pytest
 
 from corridorrig import BEGINS_S, Straight, corridor, with_doors
 from gazechair.sensing.odometry.apart import Constraints
-from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED, STUCK
+from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED, STUCK, TURNED
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.match import FORWARD, STATES, X, Y
 from gazechair.sensing.odometry.motion import Motion
@@ -101,9 +101,13 @@ def test_from_a_bare_corridor_to_its_first_doors_it_never_claims_more_than_it_kn
     assert all(abs(off_m) < 3.0 * one.along_sigma_m + 0.05 for one, off_m in found)
 
 
-def test_a_quick_chair_at_its_first_doors_never_claims_more_than_it_knows() -> None:
-    found = drive(with_doors(2.0, 4.0), (FRONT,), 9.0, speed_m_s=0.84, per_turn=800)
+@pytest.mark.parametrize(("first_m", "every_m"), [(2.0, 4.0), (2.8, 2.5), (2.3, 2.5)])
+def test_a_quick_chair_at_its_first_doors_never_claims_more_than_it_knows(
+    first_m: float, every_m: float
+) -> None:
+    found = drive(with_doors(first_m, every_m), (FRONT,), 9.0, speed_m_s=0.84, per_turn=800)
     assert all(abs(off_m) < 3.0 * one.along_sigma_m + 0.05 for one, off_m in found)
+    assert not any(TURNED in one.doubts for one, _ in found)
 
 
 def test_far_walls_that_few_beams_meet_do_not_take_the_chair_for_standing() -> None:

@@ -75,5 +75,6 @@ def test_what_was_seen_before_is_forgotten_and_what_is_seen_then_counts_at_once(
     assert known() == [0.0, 0.0]
     surfaces.insert(points, layers, 6.5)
     assert known() == [2.0, 2.0]
-    surfaces.insert(points + (1.0, 0.0), layers, 8.0)  # later ones must be seen twice
-    assert surfaces.look_up(points + (1.0, 0.0), layers)[0][:, 0].tolist() == [0.0, 0.0]
+    elsewhere = points + np.array((1.0, 0.0))  # later ones must be seen twice
+    surfaces.insert(elsewhere, layers, 8.0)
+    assert surfaces.look_up(elsewhere, layers)[0][:, 0].tolist() == [0.0, 0.0]
