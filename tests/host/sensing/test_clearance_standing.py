@@ -14,7 +14,6 @@ from gazechair.base.footprint import Footprint
 from gazechair.sensing.clearance.reach import LidarReach
 from gazechair.sensing.clearance.standing import Approach, Standing, like_persons
 from gazechair.sensing.clearance.surface import surfaces
-from gazechair.sensing.clearance.walls import goes_on
 from gazelink import codes, zone
 from gazelink.settings_table import PROFILES
 from gazesim.rooms import Person, Room, box
@@ -207,17 +206,6 @@ def test_the_board_goes_on_to_furniture_after_it_was_blocked() -> None:
     ahead = ZONE.of(codes.DIR_FORWARD)
     assert ahead is not None
     assert AHEAD.creep_way_m - 0.04 > ahead.permits_at[zone.CREEP] + limits.BAND_MM / 1000.0
-
-
-def test_a_piece_of_wall_seen_through_a_door_is_nobody() -> None:
-    wall = np.column_stack((np.full(60, 2.0), np.linspace(-1.0, 1.0, 60)))
-    piece = wall[np.abs(wall[:, 1]) < 0.3]
-    assert goes_on(piece, wall)
-    assert not goes_on(piece, wall[wall[:, 1] < 0.3])  # no lidar sees it continue
-    assert not goes_on(piece - (0.12, 0.0), wall)  # a person leans against it
-    person = wall.copy()
-    person[np.abs(wall[:, 1]) < 0.25, 0] -= 0.1
-    assert not goes_on(piece, person)
 
 
 def test_furniture_can_be_crept_up_to_until_it_walks_or_is_left() -> None:

@@ -17,6 +17,7 @@ from gazechair.sensing.clearance.arcs import Bytes, arc_reach
 from gazechair.sensing.clearance.movers import Movers
 from gazechair.sensing.clearance.standing import (
     AGAIN_M,
+    APART_M,
     Approach,
     Standing,
     like_persons,
@@ -24,7 +25,7 @@ from gazechair.sensing.clearance.standing import (
 )
 from gazechair.sensing.clearance.surface import Surfaces, surfaces
 from gazechair.sensing.clearance.sweeps import Sweeps
-from gazechair.sensing.clearance.walls import goes_on
+from gazechair.sensing.clearance.walls import askew, goes_on
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.scan import ChairView
 from gazelink import arcs, codes
@@ -135,7 +136,8 @@ class LidarReach:
         return [
             thing[in_way[thing]]
             for thing in like_persons(seen, in_way)
-            if not any(goes_on(seen.points_m[thing], other) for other in self._others)
+            if not _is_askew(seen, thing)
+            and not any(goes_on(seen.points_m[thing], other) for other in self._others)
         ]
 
     def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> Bytes:
@@ -148,6 +150,17 @@ class LidarReach:
         ways = self._arcs.ways(seen.points_m[doubted], contacts[doubted])
         ways[ways > self._arc_zone] = arcs.FAR
         return np.asarray(np.minimum(least, ways.min(axis=0)), dtype=np.uint8)
+
+
+def _is_askew(seen: Surfaces, thing: NDArray[np.int64]) -> bool:
+    """Whether a thing lies between a nearer and a farther beam, in line with both."""
+    before, after = int(thing[0]) - 1, (int(thing[-1]) + 1) % len(seen.points_m)
+    steps_m = np.diff(seen.ranges_m[[before, thing[0], thing[-1], after]])
+    if steps_m[1] < 0.0:
+        steps_m = -steps_m
+    if min(steps_m[0], steps_m[2]) < APART_M:  # no step: a gap between beams
+        return False
+    return askew(seen.points_m[thing], seen.points_m[before], seen.points_m[after])
 
 
 class _Speckles:

@@ -24,7 +24,8 @@ from gazelink import zone
 _WALK_M_S = 1.0
 _HARMLESS_M_S = 0.05
 
-_APART_M = 0.06  # neighbouring beams that differ by more hit different objects
+APART_M = 0.06
+"""Neighbouring beams that differ by more hit different objects."""
 _APART_SIGMA = 4.0  # and by more than this many times the noise of a beam
 _APART_RAD = 0.03
 _WIDE_M = (0.08, 0.9)  # from a leg in trousers to somebody broad, seen askew
@@ -85,7 +86,7 @@ def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray
     # From each beam to the next, round the circle: an object may be straight behind the lidar.
     ranges_m, bearings_rad = seen.ranges_m, seen.bearings_rad
     step_m = np.abs(np.concatenate((ranges_m[1:], ranges_m[:1])) - ranges_m)
-    apart = step_m > max(_APART_M, _APART_SIGMA * seen.noise_m)
+    apart = step_m > max(APART_M, _APART_SIGMA * seen.noise_m)
     apart[:-1] |= bearings_rad[1:] - bearings_rad[:-1] > _APART_RAD
     apart[-1] |= bearings_rad[0] + 2.0 * np.pi - bearings_rad[-1] > _APART_RAD
     ends = apart.nonzero()[0]
