@@ -107,10 +107,14 @@ class LidarReach:
         persons = self._persons(seen)
         still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
         ways_m = [contacts[one].min(axis=0).tolist() for one in persons]
+        places_m = [tuple(seen.points_m[one].mean(axis=0).tolist()) for one in persons]
         for direction, standing in self._standing.items():
-            way_m = min((ways[direction] for ways in ways_m), default=math.inf)
+            way_m, place_m = min(
+                ((ways[direction], place) for ways, place in zip(ways_m, places_m, strict=True)),
+                default=(math.inf, (math.inf, math.inf)),
+            )
             told_m = standing.update(
-                way_m, still, bool(len(coming)), self._movers.turned_deg, view.acquired_s
+                way_m, place_m, still, bool(len(coming)), self._movers.turned_deg, view.acquired_s
             )
             least[direction] = min(least[direction], told_m)
         if len(coming):

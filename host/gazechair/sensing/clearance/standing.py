@@ -34,12 +34,15 @@ _LEAST_BEAMS = 3
 AGAIN_M = 0.11
 """The board's band before it goes on (BAND_MM) plus the play of a clearance (evaluate)."""
 _CALM_S = 10.0
-_HIDDEN_S = 1.0  # this long a possible person may look like a part of a wall
+_HIDDEN_S = 1.0  # this long a possible person may look like a part of a wall, or be too narrow
 _SAME_M = 0.05
 _AWAY_M = 0.3  # farther away it is another one
 _AWAY_DEG = 10.0  # after a turn by this much as well
 _STANDS_M_S = 0.03
 _STANDS_DEG_S = 3.0
+
+Place = tuple[float, float]
+"""Metres ahead of the drive axle and to the left."""
 
 
 class Approach:
@@ -114,21 +117,31 @@ class Standing:
         self.approach = Approach(None)
         """By the board's stopping distances; may be replaced at any time."""
         self._near_m = np.inf
+        self._place_m = (np.inf, np.inf)
         self._since_s = self._seen_s = 0.0
         self._since_deg = 0.0
         self._furniture = False
 
     def update(
-        self, way_m: float, chair_stands: bool, walks: bool, turned_deg: float, at_s: float
+        self,
+        way_m: float,
+        place_m: Place,
+        chair_stands: bool,
+        walks: bool,
+        turned_deg: float,
+        at_s: float,
     ) -> float:
         """Clearance to report; inf for no limit.
 
-        `way_m`: distance to the nearest possible person. `walks`: some object approaches.
-        `turned_deg`: how far the chair has turned since whenever.
+        `way_m`: distance to the nearest possible person, `place_m`: its middle, in the chair's
+        frame. `walks`: some object approaches. `turned_deg`: how far the chair has turned since
+        whenever.
         """
         approach = self.approach
         turned = abs(turned_deg - self._since_deg) > _AWAY_DEG
         seen = way_m < self._near_m + _AWAY_M
+        if not self._furniture and way_m > self._near_m + _SAME_M:  # or is it another one?
+            seen = seen and math.dist(place_m, self._place_m) < _AWAY_M
         if seen:
             self._seen_s = at_s
         elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
@@ -138,6 +151,7 @@ class Standing:
         if walks or turned or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
             if not self._furniture:
                 self._near_m, self._since_s, self._since_deg = way_m, at_s, turned_deg
+                self._place_m = place_m
         elif at_s - self._since_s >= _CALM_S and way_m < approach.again_from_m + _SAME_M:
             self._furniture = True
         if self._furniture:
