@@ -18,7 +18,9 @@ from gazechair.sensing.clearance.movers import Movers
 from gazechair.sensing.clearance.standing import (
     AGAIN_M,
     APART_M,
+    NOWHERE,
     Approach,
+    Place,
     Standing,
     like_persons,
     stands,
@@ -107,12 +109,11 @@ class LidarReach:
         persons = self._persons(seen)
         still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
         ways_m = [contacts[one].min(axis=0).tolist() for one in persons]
-        places_m = [tuple(seen.points_m[one].mean(axis=0).tolist()) for one in persons]
         for direction, standing in self._standing.items():
-            way_m, place_m = min(
-                ((ways[direction], place) for ways, place in zip(ways_m, places_m, strict=True)),
-                default=(math.inf, (math.inf, math.inf)),
-            )
+            ways = [one[direction] for one in ways_m]
+            way_m = min(ways, default=math.inf)
+            nobody = math.isinf(way_m)
+            place_m = NOWHERE if nobody else _middle(seen.points_m[persons[ways.index(way_m)]])
             told_m = standing.update(
                 way_m, place_m, still, bool(len(coming)), self._movers.turned_deg, view.acquired_s
             )
@@ -156,13 +157,20 @@ class LidarReach:
         return np.asarray(np.minimum(least, ways.min(axis=0)), dtype=np.uint8)
 
 
+def _middle(points_m: FloatArray) -> Place:
+    x_m, y_m = points_m.mean(axis=0).tolist()
+    return x_m, y_m
+
+
 def _is_askew(seen: Surfaces, thing: NDArray[np.int64]) -> bool:
     """Whether a thing lies between a nearer and a farther beam, in line with both."""
-    before, after = int(thing[0]) - 1, (int(thing[-1]) + 1) % len(seen.points_m)
-    steps_m = np.diff(seen.ranges_m[[before, thing[0], thing[-1], after]])
-    if steps_m[1] < 0.0:
-        steps_m = -steps_m
-    if min(steps_m[0], steps_m[2]) < APART_M:  # no step: a gap between beams
+    first, last = int(thing[0]), int(thing[-1])
+    before, after = first - 1, (last + 1) % len(seen.points_m)
+    ranges_m = seen.ranges_m
+    steps_m = ranges_m[first] - ranges_m[before], ranges_m[after] - ranges_m[last]
+    if ranges_m[last] < ranges_m[first]:
+        steps_m = -steps_m[0], -steps_m[1]
+    if min(steps_m) < APART_M:  # no step: a gap between beams
         return False
     return askew(seen.points_m[thing], seen.points_m[before], seen.points_m[after])
 

@@ -43,6 +43,7 @@ _STANDS_DEG_S = 3.0
 
 Place = tuple[float, float]
 """Metres ahead of the drive axle and to the left."""
+NOWHERE: Place = (math.inf, math.inf)
 
 
 class Approach:
@@ -117,7 +118,7 @@ class Standing:
         self.approach = Approach(None)
         """By the board's stopping distances; may be replaced at any time."""
         self._near_m = np.inf
-        self._place_m = (np.inf, np.inf)
+        self._place_m = NOWHERE
         self._since_s = self._seen_s = 0.0
         self._since_deg = 0.0
         self._furniture = False
