@@ -17,11 +17,13 @@ from gazechair.sensing.clearance.arcs import Bytes, arc_reach
 from gazechair.sensing.clearance.movers import Movers
 from gazechair.sensing.clearance.standing import (
     AGAIN_M,
+    AWAY_M,
     Approach,
     Standing,
     like_persons,
     stands,
 )
+from gazechair.sensing.clearance.stood import Stood
 from gazechair.sensing.clearance.surface import Surfaces, surfaces
 from gazechair.sensing.clearance.sweeps import Sweeps
 from gazechair.sensing.clearance.walls import goes_on
@@ -54,6 +56,7 @@ class LidarReach:
         self._across_m = (across_m.min(), across_m.max())
         self._movers: Movers | None = None
         self._standing = {way: Standing() for way in (codes.DIR_FORWARD, codes.DIR_BACKWARD)}
+        self._stood = Stood()
         self.seen_m: FloatArray = np.zeros((0, 2))
         """The newest view, in the chair's frame, and when it was acquired."""
         self.seen_s = -math.inf
@@ -103,16 +106,21 @@ class LidarReach:
             self._movers = Movers(view.origin_m)
             self._movers.zone = self._zone
         coming = self._movers.update(seen.points_m, view.acquired_s)
+        walks = bool(len(coming))
         persons = self._persons(seen)
-        still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
+        if walks or not stands(self._movers.speed_m_s, self._movers.rate_deg_s):
+            self._stood.restart()
+        stood = self._stood.update(seen, persons, self._movers.turned_deg, view.acquired_s)
         ways_m = [contacts[one].min(axis=0).tolist() for one in persons]
         for direction, standing in self._standing.items():
             way_m = min((ways[direction] for ways in ways_m), default=math.inf)
+            pairs = zip(stood, ways_m, strict=True)
+            all_stood = all(one for one, ways in pairs if ways[direction] < way_m + AWAY_M)
             told_m = standing.update(
-                way_m, still, bool(len(coming)), self._movers.turned_deg, view.acquired_s
+                way_m, all_stood, walks, self._movers.turned_deg, view.acquired_s
             )
             least[direction] = min(least[direction], told_m)
-        if len(coming):
+        if walks:
             contacts = self._sweeps.contacts(coming)
             least = np.minimum(least, contacts.min(axis=0))
             self.arcs = np.minimum(self.arcs, self._arcs.least(coming, contacts))
