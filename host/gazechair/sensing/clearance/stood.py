@@ -59,7 +59,7 @@ class Stood:
             self._ranges_m, self._since_deg = nearest_m, turned_deg
             self._since_s, self._seen_s = np.full(_BINS, at_s), np.full(_BINS, at_s)
         late = self._compare(bins, seen.ranges_m, nearest_m, at_s)
-        return [np.count_nonzero(late[thing]) < _LEAST_BEAMS for thing in things]
+        return [bool(np.count_nonzero(late[thing]) < _LEAST_BEAMS) for thing in things]
 
     def _compare(
         self, bins: NDArray[np.int64], ranges_m: FloatArray, nearest_m: FloatArray, at_s: float
