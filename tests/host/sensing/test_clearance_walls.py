@@ -56,6 +56,12 @@ def test_an_open_door_along_which_a_lidar_looks_is_nobody(heading_deg: float) ->
     assert min(ways_m) > 0.45
 
 
+def test_a_corner_with_one_wall_seen_askew_is_nobody() -> None:
+    room = Room("corner", HALL, (box(1.68, 0.98, 1.0, 1.5, 0.0, 2.0, "wall"),))
+    chance = np.random.default_rng(3)
+    assert min(forward_m(room, chance, NOISE_M, 15.0) for _ in range(60)) > 0.45
+
+
 def test_somebody_in_an_open_door_or_before_a_wall_is_somebody() -> None:
     chance = np.random.default_rng(7)
     judged = 0

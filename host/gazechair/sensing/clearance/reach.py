@@ -18,13 +18,13 @@ from gazechair.sensing.clearance.movers import Movers
 from gazechair.sensing.clearance.standing import (
     AGAIN_M,
     APART_M,
-    NOWHERE,
+    AWAY_M,
     Approach,
-    Place,
     Standing,
     like_persons,
     stands,
 )
+from gazechair.sensing.clearance.stood import Stood
 from gazechair.sensing.clearance.surface import Surfaces, surfaces
 from gazechair.sensing.clearance.sweeps import Sweeps
 from gazechair.sensing.clearance.walls import askew, goes_on
@@ -57,6 +57,7 @@ class LidarReach:
         self._across_m = (across_m.min(), across_m.max())
         self._movers: Movers | None = None
         self._standing = {way: Standing() for way in (codes.DIR_FORWARD, codes.DIR_BACKWARD)}
+        self._stood = Stood()
         self.seen_m: FloatArray = np.zeros((0, 2))
         """The newest view, in the chair's frame, and when it was acquired."""
         self.seen_s = -math.inf
@@ -106,19 +107,21 @@ class LidarReach:
             self._movers = Movers(view.origin_m)
             self._movers.zone = self._zone
         coming = self._movers.update(seen.points_m, view.acquired_s)
+        walks = bool(len(coming))
         persons = self._persons(seen)
-        still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
+        if walks or not stands(self._movers.speed_m_s, self._movers.rate_deg_s):
+            self._stood.restart()
+        stood = self._stood.update(seen, persons, self._movers.turned_deg, view.acquired_s)
         ways_m = [contacts[one].min(axis=0).tolist() for one in persons]
         for direction, standing in self._standing.items():
-            ways = [one[direction] for one in ways_m]
-            way_m = min(ways, default=math.inf)
-            nobody = math.isinf(way_m)
-            place_m = NOWHERE if nobody else _middle(seen.points_m[persons[ways.index(way_m)]])
+            way_m = min((ways[direction] for ways in ways_m), default=math.inf)
+            pairs = zip(stood, ways_m, strict=True)
+            all_stood = all(one for one, ways in pairs if ways[direction] < way_m + AWAY_M)
             told_m = standing.update(
-                way_m, place_m, still, bool(len(coming)), self._movers.turned_deg, view.acquired_s
+                way_m, all_stood, walks, self._movers.turned_deg, view.acquired_s
             )
             least[direction] = min(least[direction], told_m)
-        if len(coming):
+        if walks:
             contacts = self._sweeps.contacts(coming)
             least = np.minimum(least, contacts.min(axis=0))
             self.arcs = np.minimum(self.arcs, self._arcs.least(coming, contacts))
@@ -155,11 +158,6 @@ class LidarReach:
         ways = self._arcs.ways(seen.points_m[doubted], contacts[doubted])
         ways[ways > self._arc_zone] = arcs.FAR
         return np.asarray(np.minimum(least, ways.min(axis=0)), dtype=np.uint8)
-
-
-def _middle(points_m: FloatArray) -> Place:
-    x_m, y_m = points_m.mean(axis=0).tolist()
-    return x_m, y_m
 
 
 def _is_askew(seen: Surfaces, thing: NDArray[np.int64]) -> bool:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray
+from gazechair.sensing.clearance.stood import AWAY_DEG, HIDDEN_S, SAME_M
 from gazechair.sensing.clearance.surface import Surfaces
 from gazechair.sensing.clearance.zone import Stopping
 from gazelink import zone
@@ -33,17 +34,10 @@ _LEAST_BEAMS = 3
 
 AGAIN_M = 0.11
 """The board's band before it goes on (BAND_MM) plus the play of a clearance (evaluate)."""
-_CALM_S = 10.0
-_HIDDEN_S = 1.0  # this long a possible person may look like a part of a wall, or be too narrow
-_SAME_M = 0.05
-_AWAY_M = 0.3  # farther away it is another one
-_AWAY_DEG = 10.0  # after a turn by this much as well
+AWAY_M = 0.3
+"""Farther away it is another one."""
 _STANDS_M_S = 0.03
 _STANDS_DEG_S = 3.0
-
-Place = tuple[float, float]
-"""Metres ahead of the drive axle and to the left."""
-NOWHERE: Place = (math.inf, math.inf)
 
 
 class Approach:
@@ -118,46 +112,34 @@ class Standing:
         self.approach = Approach(None)
         """By the board's stopping distances; may be replaced at any time."""
         self._near_m = np.inf
-        self._place_m = NOWHERE
-        self._since_s = self._seen_s = 0.0
+        self._seen_s = 0.0
         self._since_deg = 0.0
         self._furniture = False
 
     def update(
-        self,
-        way_m: float,
-        place_m: Place,
-        chair_stands: bool,
-        walks: bool,
-        turned_deg: float,
-        at_s: float,
+        self, way_m: float, stood: bool, walks: bool, turned_deg: float, at_s: float
     ) -> float:
         """Clearance to report; inf for no limit.
 
-        `way_m`: distance to the nearest possible person, `place_m`: its middle, in the chair's
-        frame. `walks`: some object approaches. `turned_deg`: how far the chair has turned since
-        whenever.
+        `way_m`: distance to the nearest possible person. `stood`: this one has stood for ten
+        seconds before the standing chair. `walks`: some object approaches. `turned_deg`: how far
+        the chair has turned since whenever.
         """
         approach = self.approach
-        turned = abs(turned_deg - self._since_deg) > _AWAY_DEG
-        seen = way_m < self._near_m + _AWAY_M
-        if not self._furniture and way_m > self._near_m + _SAME_M:  # or is it another one?
-            seen = seen and math.dist(place_m, self._place_m) < _AWAY_M
-        if seen:
-            self._seen_s = at_s
-        elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
-            return approach.told_m(way_m)
+        told_m = approach.told_m(way_m)
         if self._furniture:
-            self._furniture = seen and not walks and not turned
-        if walks or turned or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
-            if not self._furniture:
-                self._near_m, self._since_s, self._since_deg = way_m, at_s, turned_deg
-                self._place_m = place_m
-        elif at_s - self._since_s >= _CALM_S and way_m < approach.again_from_m + _SAME_M:
+            hidden = way_m >= self._near_m + AWAY_M
+            if not hidden:
+                self._seen_s = at_s
+            turned = abs(turned_deg - self._since_deg) > AWAY_DEG
+            self._furniture = not walks and not turned and at_s - self._seen_s < HIDDEN_S
+            if self._furniture:
+                return told_m if hidden else max(approach.creep_way_m, told_m)
+        if stood and way_m < approach.again_from_m + SAME_M:
             self._furniture = True
-        if self._furniture:
-            return max(approach.creep_way_m, approach.told_m(way_m))
-        return approach.told_m(way_m)
+            self._near_m, self._seen_s, self._since_deg = way_m, at_s, turned_deg
+            return max(approach.creep_way_m, told_m)
+        return told_m
 
 
 def stands(speed_m_s: float, rate_deg_s: float) -> bool:
