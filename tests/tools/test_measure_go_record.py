@@ -12,7 +12,6 @@ import pytest
 
 from gazemeasure.go import record as go_record
 
-
 _LIMIT_S = 10.0
 
 
