@@ -172,7 +172,9 @@ class Judged:
         ahead = np.abs(bearings) < 0.15
         ranges = np.where(ahead, min(1.0 + way_m, 4.0), 4.0)
         points = np.stack((np.cos(bearings) * ranges, np.sin(bearings) * ranges), axis=1)
-        seen = Surfaces(points, ranges, bearings, np.zeros(len(ranges), dtype=np.bool_), 0.0)
+        turns = np.diff(bearings, append=bearings[0] + 2.0 * np.pi)
+        lone = np.zeros(len(ranges), dtype=np.bool_)
+        seen = Surfaces(points, ranges, bearings, turns, lone, 0.0)
         like_m = way_m if looks_like_m is None else looks_like_m
         things = [ahead.nonzero()[0]] if math.isfinite(like_m) else []
         end_s = self.at_s + for_s - 1e-9

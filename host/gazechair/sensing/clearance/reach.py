@@ -41,6 +41,7 @@ Reach = tuple[float, float, float, float]
 """Metres forward and backward, degrees left and right; inf = free as far as the lidar sees."""
 
 FREE: Reach = (math.inf, math.inf, math.inf, math.inf)
+_ROUNDING_M = 1e-9
 _ARC_RANGE_M = 4.5  # from a lidar: no farther point limits an arc
 NOTHING_NEAR: Bytes = np.full(arcs.SIZE, arcs.FAR, dtype=np.uint8)
 
@@ -99,7 +100,8 @@ class LidarReach:
             far = contacts[doubted]
             contacts[doubted] = np.where(far > self._zone.far, np.inf, far)
         least = contacts.min(axis=0)
-        least[codes.DIR_BACKWARD] = min(least[codes.DIR_BACKWARD], self._bent(seen, doubted))
+        backward_m = float(least[codes.DIR_BACKWARD])
+        least[codes.DIR_BACKWARD] = min(backward_m, self._bent(seen, doubted, backward_m))
         if np.count_nonzero(self._sweeps.alongside(seen.points_m)):
             # Nearer than the heading's error at speed: only creep, so a person there can get away.
             least[codes.DIR_FORWARD] = min(least[codes.DIR_FORWARD], self._creeps_m)
@@ -127,9 +129,11 @@ class LidarReach:
             self.arcs = np.minimum(self.arcs, self._arcs.least(coming, contacts))
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
 
-    def _bent(self, seen: Surfaces, doubted: NDArray[np.int64]) -> float:
+    def _bent(self, seen: Surfaces, doubted: NDArray[np.int64], straight_m: float) -> float:
+        # A bend no shorter than the straight way limits nothing.
+        range_m = min(self._bend_m, max(0.0, straight_m - self._margin_m) + _ROUNDING_M)
         # These points are beside the body: the board's margin behind it is not needed as well.
-        ways = self._sweeps.bent(seen.points_m, self._bend_m) + self._margin_m
+        ways = self._sweeps.bent(seen.points_m, range_m) + self._margin_m
         if len(doubted):
             far = ways[doubted]
             ways[doubted] = np.where(far > self._zone.far[codes.DIR_BACKWARD], np.inf, far)
@@ -181,11 +185,10 @@ class _Speckles:
 
     def again(self, points: FloatArray, at_s: float) -> NDArray[np.bool_]:
         """Which of `points` had one near them a turn before; remembers `points`."""
-        found = np.zeros(len(points), dtype=np.bool_)
-        for then_s, others in self._kept if len(points) else ():
-            if _TURN_S[0] <= at_s - then_s <= _TURN_S[1]:
-                gaps = points[:, None, :] - others[None, :, :]
-                found |= (np.hypot(gaps[:, :, 0], gaps[:, :, 1]) < _SAME_PLACE_M).any(axis=1)
         kept = [(s, p) for s, p in self._kept if 0.0 <= at_s - s <= _TURN_S[1]]
         self._kept = [*kept, (at_s, points)] if len(points) else kept
-        return found
+        before = [p for s, p in kept if at_s - s >= _TURN_S[0]]
+        if not before or not len(points):
+            return np.zeros(len(points), dtype=np.bool_)
+        x, y = points.T[:, :, None] - np.concatenate(before).T[:, None, :]
+        return np.asarray((np.hypot(x, y) < _SAME_PLACE_M).any(axis=1))

@@ -82,17 +82,16 @@ def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray
     if len(points_m) < _LEAST_BEAMS:
         return []
     # From each beam to the next, round the circle: an object may be straight behind the lidar.
-    ranges_m, bearings_rad = seen.ranges_m, seen.bearings_rad
+    ranges_m = seen.ranges_m
     step_m = np.abs(np.concatenate((ranges_m[1:], ranges_m[:1])) - ranges_m)
     apart = step_m > max(APART_M, _APART_SIGMA * seen.noise_m)
-    apart[:-1] |= bearings_rad[1:] - bearings_rad[:-1] > _APART_RAD
-    apart[-1] |= bearings_rad[0] + 2.0 * np.pi - bearings_rad[-1] > _APART_RAD
+    apart |= seen.turns_rad > _APART_RAD
     ends = apart.nonzero()[0]
     if not len(ends):
         return []
     firsts = np.concatenate((ends[-1:] + 1 - len(points_m), ends[:-1] + 1))
-    across = points_m.take(ends, axis=0) - points_m.take(firsts, axis=0)
-    wide_m = np.hypot(across[:, 0], across[:, 1])
+    x, y = points_m.T.take(ends, axis=1) - points_m.T.take(firsts, axis=1)
+    wide_m = np.hypot(x, y)
     wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
     wide &= ends - firsts + 1 >= _LEAST_BEAMS
     if where is not None:

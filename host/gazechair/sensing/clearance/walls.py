@@ -27,7 +27,7 @@ def goes_on(piece_m: FloatArray, others_m: FloatArray) -> bool:
     """True if `piece_m` (N, 2) is part of a wall in `others_m` (M, 2), another lidar's returns."""
     middle = piece_m.mean(axis=0)
     apart_m = np.hypot(others_m[:, 0] - middle[0], others_m[:, 1] - middle[1])
-    near = others_m.take((apart_m < _AROUND_M).nonzero()[0], axis=0)
+    near = others_m[(apart_m < _AROUND_M).nonzero()[0]]
     if len(near) < _LEAST_POINTS:
         return False
     own, own_off = _lined(piece_m, middle, piece_m)
