@@ -43,8 +43,8 @@ def patient() -> Iterator[None]:
         patch.setattr(repl, "_TIMEOUT_S", LIMIT_S)
         patch.setattr(board_settings, "_CONNECT_S", LIMIT_S)
         # Asked again while it still writes its flash, a slow board loses its session by that.
-        patient = functools.partialmethod(BoardLink.setting, timeout_s=SETTING_S)
-        patch.setattr(BoardLink, "setting", patient)
+        setting = functools.partialmethod(BoardLink.setting, timeout_s=SETTING_S)
+        patch.setattr(BoardLink, "setting", setting)
         patch.setattr(board_settings, "_TRIES", int(LIMIT_S / SETTING_S))
         yield
 

@@ -105,6 +105,18 @@ def test_p7_the_sensor_comes_back_by_itself():
         rig.until(lambda: not rig.neutral(), 60)
 
 
+def test_a_bus_that_failed_for_a_moment_is_trusted_after_half_a_second():
+    rig = Rig()
+    rig.arm()
+    nak(rig)
+    rig.until(lambda: rig.app.safety.faults == 1 << codes.HEADING_BUS, 60)
+    rig.bank[IMU + at.SLOT_NAK] = 0
+    for _ in range(490):
+        rig.one_ms()
+        assert rig.app.safety.faults == 1 << codes.HEADING_BUS, rig.why()
+    rig.until(lambda: rig.app.safety.faults == 0, 60)
+
+
 # The sensor goes, and counts from another zero when it is back.
 def goes(rig):
     nak(rig)

@@ -28,7 +28,7 @@ class Demo:
         self._armed = True
         self._wipers = NEUTRAL
         self._heading_deg = 0.0
-        self._looks = 0
+        self.looks = 0
 
     def control(self) -> Demo:
         return self
@@ -76,7 +76,7 @@ class Demo:
     def click(self, target: str) -> None:
         if target == "left":
             self._heading_deg += self.turned_deg.pop(0)
-            self._looks = 0
+            self.looks = 0
 
     def data(self, name: str) -> str:
         if name == "mode":
@@ -92,8 +92,8 @@ class Demo:
         self._wipers = NEUTRAL
 
     def evaluate(self, _what: str) -> str:
-        self._looks += 1
-        return "host_silent" if 0 < self.shown_after < self._looks else ""
+        self.looks += 1
+        return "host_silent" if 0 < self.shown_after < self.looks else ""
 
     def ignore(self, *_any: object) -> None:
         pass
@@ -127,9 +127,9 @@ def test_a_stall_before_the_cable_is_pulled_is_forgiven() -> None:
     assert (demo.pulled, demo.held) == (2, 7)
 
 
-def steps_left(demo: Demo) -> None:
+def steps_left(demo: Demo, tries: int = 4) -> None:
     check = Check(demo, demo, Path())  # type: ignore[arg-type]
-    check._do(check.step_left, 4)
+    check._do(check.step_left, tries)
 
 
 def test_a_stall_that_the_page_shows_a_moment_later_is_forgiven() -> None:
@@ -145,3 +145,12 @@ def test_a_step_that_is_too_short_without_a_stall_is_not() -> None:
     demo.turned_deg = [0.0, 10.0]
     with pytest.raises(CheckFailed, match="turned"):
         steps_left(demo)
+
+
+def test_after_the_last_try_nobody_waits_for_the_page_to_show_a_stall() -> None:
+    demo = Demo()
+    demo.shown_after = 5
+    demo.turned_deg = [0.0]
+    with pytest.raises(CheckFailed, match="turned"):
+        steps_left(demo, tries=1)
+    assert demo.looks == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 import pytest
 
 from gazemeasure.go import record as go_record
+
+_LIMIT_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,26 @@ def test_results_of_several_sorts_are_kept_in_one_file(
         assert came == [run_otherwise(near[0])]
     assert Path("ran 0").read_text() == "xxx"  # one of the record's, two of the comparison
     assert set(json.loads(file.read_text())["kinds"]) == {"far", "near"}
+
+
+def run_in_turn(job: Job) -> Came:
+    """The first one ends only once another one is on record; and then it fails."""
+    if job.seed == 0:
+        end_s = time.monotonic() + _LIMIT_S
+        while time.monotonic() < end_s and not Path("missions.json").exists():
+            time.sleep(0.01)
+        raise InterruptedError
+    return run(job)
+
+
+def test_a_slow_one_holds_back_none_that_ended_before_the_run_was_interrupted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "missions.json"
+    with pytest.raises(InterruptedError):
+        go_record.gather([Job("far", seed) for seed in (0, 1)], run_in_turn, load, 2, file)
+    assert set(json.loads(file.read_text())["rows"]) == {"far 1"}
 
 
 def test_without_a_file_nothing_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -69,8 +69,7 @@ class Check:
                 step()
                 return
             except (TimeoutError, AssertionError, RuntimeError) as error:
-                stalled = isinstance(error, PressEnded) or self._page_tells_of_a_stall()
-                if not (tries_left and stalled):
+                if not tries_left or not self._stall_ended_it(error):
                     self._fail(step, error)
             try:
                 self._recover()
@@ -237,8 +236,10 @@ class Check:
     def _stalled(self) -> bool:
         return self._banner() in _STALLS
 
-    def _page_tells_of_a_stall(self) -> bool:
-        """Whether the page shows that a stall ended the press, now or in a moment."""
+    def _stall_ended_it(self, error: Exception) -> bool:
+        """Whether a stall ended the press: by the error, or on the page now or in a moment."""
+        if isinstance(error, PressEnded):
+            return True
         if self._pulled:
             return False
         try:

@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -55,11 +56,11 @@ class Record(Generic[R]):
     def gather(self, jobs: Mapping[str, J], run: Callable[[J], R], processes: int) -> list[R]:
         """The result of each job; those without one in the file are run, and stored there."""
         rows = self._read()
-        todo = [key for key in jobs if key not in rows]
+        todo = [(key, job) for key, job in jobs.items() if key not in rows]
         found: dict[str, R] = {}
         with get_context("fork").Pool(processes) as pool:
-            results = pool.imap(run, [jobs[key] for key in todo])
-            for key, one in zip(todo, results, strict=True):
+            # As they end: a slow one holds back no result that an interrupted run should keep.
+            for key, one in pool.imap_unordered(partial(_keyed, run), todo):
                 found[key] = one
                 rows[key] = self.row(one)
                 self._write(rows)
@@ -74,5 +75,10 @@ class Record(Generic[R]):
 
     def _write(self, rows: dict[str, Row]) -> None:
         if self.file is not None:
+            rows = dict(sorted(rows.items()))
             told = {"of": self.of, **self.summary(list(rows.values()))}
-            write(self.file, {**told, "rows": dict(sorted(rows.items()))})
+            write(self.file, {**told, "rows": rows})
+
+
+def _keyed(run: Callable[[J], R], job: tuple[str, J]) -> tuple[str, R]:
+    return job[0], run(job[1])

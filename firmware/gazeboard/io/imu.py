@@ -229,7 +229,7 @@ class Imu:
         self._i2c.readfrom_mem_into(ADDRESS, _STATUS, self._status)
         status = self._status
         if status[0] == _SYSTEM_ERROR or status[2] != 0 or status[4] != _MODE_IMUPLUS:
-            self._monitor.faults |= 1 << codes.HEADING_RESET
+            self._monitor.fault(1 << codes.HEADING_RESET)
             self._next(now_ms, _PROBE, _SAMPLE_MS)
 
     def _failed(self, now_ms, armed):
@@ -237,7 +237,7 @@ class Imu:
         self._errors_in_row += 1
         self._monitor.lost(armed)
         if self._errors_in_row >= _BUS_ERRORS or self._state != _RUN:
-            self._monitor.faults |= 1 << codes.HEADING_BUS
+            self._monitor.fault(1 << codes.HEADING_BUS)
         if self._state != _RUN:
             self._next(now_ms, _PROBE, self._retry_ms)
             self._retry_ms = min(_RETRY_MAX_MS, self._retry_ms * 2)

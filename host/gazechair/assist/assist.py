@@ -60,7 +60,7 @@ class Advice:
     linear_permille: int
     turn_permille: int
     steers: bool
-    """True if assist chose this motion; False for plain straight on."""
+    """True if assist chose this motion; False for plain straight on, and while it `waits`."""
     waits: bool = False
     """True while it requests nothing because of a possible person."""
 
@@ -68,7 +68,7 @@ class Advice:
 STRAIGHT_ON = Advice(FULL, 0, False)
 NOTHING = Advice(0, 0, True)
 """Keeps the press alive."""
-WAITS = Advice(0, 0, True, waits=True)
+WAITS = Advice(0, 0, False, waits=True)
 """Keeps the press alive: a possible person may leave, or counts as furniture in time."""
 
 

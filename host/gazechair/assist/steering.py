@@ -67,7 +67,7 @@ class Steering:
             turn = max(-MOST_TURN, min(MOST_TURN, advised.turn_permille))
             self._first_till_s = now_s
             self._waited_s = now_s if advised.waits else -math.inf
-            if advised.steers and not advised.waits:
+            if advised.steers:
                 self._steered_s = now_s
         return replace(command, verb=codes.DRIVE, linear_permille=linear, turn_permille=turn)
 

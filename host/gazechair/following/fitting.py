@@ -83,18 +83,25 @@ class Fitting:
         planned = self._planned(trail, at_s)
         if planned or at_s >= self._checked_s + _CHECK_S:
             self._checked_s = at_s
-            self._room = self._checked(standing_m, trail, pose, planned)
+            walked_m = np.array([one[:2] for one in trail.points])
+            self._room = self._checked(standing_m, trail, walked_m, pose, planned)
             if self._room.ahead_m == math.inf:
                 self.fits = True
             else:
-                self._seek(standing_m, trail, pose, at_s)
+                self._seek(standing_m, trail, walked_m, pose, at_s)
         return self._room
 
-    def _checked(self, standing_m: Standing, trail: Trail, pose: FloatArray, planned: bool) -> Room:
-        """Where the chair fits along `trail`. `planned`: a planner's answer, checked for the first
-        time.
+    def _checked(
+        self,
+        standing_m: Standing,
+        trail: Trail,
+        walked_m: FloatArray,
+        pose: FloatArray,
+        planned: bool,
+    ) -> Room:
+        """Where the chair fits along `trail`. `walked_m`: the places of its points. `planned`: a
+        planner's answer, checked for the first time.
         """
-        walked_m = np.array([one[:2] for one in trail.points])
         length_m = float(np.hypot(*np.diff(walked_m, axis=0).T).sum())
         rows = trail.expected(pose, min(_CHECKED_M, length_m - KEEP_M))
         facing = turn_poses(_pose(pose), _rad(pose, walked_m[-1]), 0.0)
@@ -112,12 +119,19 @@ class Fitting:
         bad_m = float(rows[int(free.argmin()), 3])
         return Room(max(0.0, bad_m - _STOP_M), bad_m > 0.0, faces)
 
-    def _seek(self, standing_m: Standing, trail: Trail, pose: FloatArray, at_s: float) -> None:
+    def _seek(
+        self,
+        standing_m: Standing,
+        trail: Trail,
+        walked_m: FloatArray,
+        pose: FloatArray,
+        at_s: float,
+    ) -> None:
         """Have another path planned, unless that is under way or was done just now."""
         if self._pending is None and at_s >= self._again_s:
             rest = trail.rest(pose)
-            points = trail.points[: round(_PLANNED_M / STEP_M)]
-            walked_m = np.array([one[:2] for one in points])
+            count = round(_PLANNED_M / STEP_M)
+            points, walked_m = trail.points[:count], walked_m[:count]
             seen_m = standing_m(*_around(np.concatenate((walked_m, (rest[:2],)))))
             goals = _goals(points)
             plan = partial(_plan, self._footprint, seen_m, walked_m, rest, goals)

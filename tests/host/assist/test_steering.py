@@ -134,9 +134,9 @@ def test_it_is_shown_to_steer_while_it_does_and_a_moment_longer():
 
 
 def test_it_is_shown_to_wait_and_not_to_steer_until_it_goes_on_or_the_press_ends():
-    for after, shown in (((7, 0, 0, True), True), ((7, 400, 0, True), False)):
+    for after, shown in (((7, 0, 0, False), True), ((7, 400, 0, True), False)):
         steering = working()
-        steering.advised = Advised(7, 0, 0, True, NOW_S, waits=True)
+        steering.advised = Advised(7, 0, 0, False, NOW_S, waits=True)
         steering.steer(held(), True, NOW_S)
         assert (steering.steers(NOW_S), steering.waits(NOW_S)) == (False, True)
         steering.advised = Advised(*after, NOW_S + 0.1, waits=shown)

@@ -103,24 +103,23 @@ class ArcReach:
     def _find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
         """The table row of each point, and the indices of those within the bare outline (_FAR)."""
         rows = np.zeros(len(points_m), dtype=np.int64)
-        x, y = points_m[:, 0], points_m[:, 1]
-        chosen = _NONE
-        for k, grid in enumerate(self._grids):
-            fits, cells = grid.find(x, y)
-            chosen = chosen.take(fits) if k else fits
-            if not len(chosen):
-                return rows, chosen
+        chosen, cells = self._grids[0].find(points_m.T)
+        near = points_m.T.take(chosen, axis=1)
+        rows[chosen] = cells
+        for grid in self._grids[1:]:
+            at = self._finer.take(cells).nonzero()[0]
+            if not len(at):
+                return rows, at
+            fits, cells = grid.find(near.take(at, axis=1))
+            at = at.take(fits)
+            chosen, near = chosen.take(at), near.take(at, axis=1)
             rows[chosen] = cells
-            if grid is not self._grids[-1]:
-                near = self._finer.take(cells).nonzero()[0]
-                chosen, fits = chosen.take(near), fits.take(near)
-                x, y = x.take(fits), y.take(fits)
         # Only cells of the finest grid can be within the margin.
-        close = chosen[self._footprint.contains(points_m.take(chosen, axis=0))]
+        close = chosen[self._footprint.contains(near.T)]
         if not len(close):
             return rows, close
         rows[close] = _NO_WAY
-        fits, cells = self._band.find(points_m[close, 0], points_m[close, 1])
+        fits, cells = self._band.find(points_m[close].T)
         rows[close[fits]] = self._band_rows[cells]
         held = close[inside(self._footprint.body, points_m[close])]
         rows[held] = _FAR
@@ -191,6 +190,7 @@ class _Grid:
         low = body.min(axis=0) - beyond_m
         shape = np.ceil((body.max(axis=0) + beyond_m - low) / cell_m).astype(int)
         self._low, self._shape = low.tolist(), shape.tolist()
+        self._corner, self._counts = low[:, None], shape[:, None].astype(np.uint64)
         self.count = math.prod(self._shape)
         self.first = first
 
@@ -207,15 +207,14 @@ class _Grid:
             ((within >= 0.0) & (within <= np.array(size_m) + self._cell_m)).all(axis=1)
         )
 
-    def find(self, x: FloatArray, y: FloatArray) -> tuple[Ints, Ints]:
-        """Indices of the points in it, and the table row of each of them."""
-        across, along = self._shape
-        column = (x - self._low[0]) * (1.0 / self._cell_m)
-        row = (y - self._low[1]) * (1.0 / self._cell_m)
-        within = (column >= 0.0) & (column < across) & (row >= 0.0) & (row < along)
-        fits = within.nonzero()[0]
-        columns, rows = column.take(fits).astype(np.int64), row.take(fits).astype(np.int64)
-        return fits, columns * along + rows + self.first
+    def find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
+        """Indices of the (2, N) points in it, and the table row of each of them."""
+        cells = np.floor((points_m - self._corner) * (1.0 / self._cell_m)).astype(np.int64)
+        # Unsigned, a cell before the first one is far beyond the last one.
+        within = cells.view(np.uint64) < self._counts
+        fits = (within[0] & within[1]).nonzero()[0]
+        columns, rows = cells.take(fits, axis=1)
+        return fits, columns * self._shape[1] + rows + self.first
 
 
 class _Sector:
@@ -293,8 +292,8 @@ def _parts(body: FloatArray, margins: Margins) -> Iterator[FloatArray]:
 
 def _once(rows: Ints) -> Ints:
     """`rows` without direct repeats: neighbouring points are often in the same cell."""
-    same = rows[1:] == rows[:-1]
-    return np.asarray(rows[:1] if not len(rows) else np.concatenate((rows[:1], rows[1:][~same])))
+    changes = (rows[1:] != rows[:-1]).nonzero()[0]
+    return np.concatenate((rows.take(changes), rows[-1:]))
 
 
 def _alone(contacts: FloatArray) -> Bytes:

@@ -22,7 +22,6 @@ from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 
 _BINS = 360
-_ABOUT_1 = 1.0 + 1e-12  # far more than the rounding error of a square
 _DEG = 2.0 * math.pi / _BINS
 _BACK_S = (0.15, 0.20, 0.35)  # least, preferred, most time between the two views
 _EVERY_S = 0.045  # two quarter turns
@@ -37,7 +36,6 @@ _STAYS = 1e-3  # regularisation: without features the motion stays as it was
 _SETTLED_M, _SETTLED_RAD = 5e-4, 2e-4  # less than 1 % of what reveals a walker
 _LEAST_M_S = 0.3
 _MOST_M_S = 1.6
-_LEAST_WIDE = 3
 _PLACES = np.linspace(0.0, 1.0, 9)[1:]  # along the walker's path
 _THETA = (np.arange(_BINS) + 0.5) * _DEG
 _COS, _SIN = np.cos(_THETA), np.sin(_THETA)
@@ -50,6 +48,8 @@ class Movers:
 
     def __init__(self, origin_m: tuple[float, float]) -> None:
         self._origin = np.array(origin_m)[:, None]
+        x, y = origin_m
+        self._across, self._along = y * _COS - x * _SIN, y * _SIN + x * _COS
         # Points here are two rows, x and y: numpy is slow with many rows of two.
         self._views: deque[tuple[float, FloatArray]] = deque(maxlen=16)
         self._coming = np.zeros(_BINS)
@@ -96,14 +96,10 @@ class Movers:
     def _ranges(self, points_m: FloatArray) -> FloatArray:
         """The nearest range in each degree about the lidar; inf for none."""
         x, y = points_m - self._origin
-        bins = _bins(x, y)
-        found, nearest = np.full(_BINS, np.inf), np.full(_BINS, np.inf)
-        # The exact range is slow to compute: only of what may be the nearest.
-        squared = x * x + y * y
-        np.minimum.at(nearest, bins, squared)
-        near = (squared <= nearest.take(bins) * _ABOUT_1).nonzero()[0]
-        np.minimum.at(found, bins.take(near), np.hypot(x.take(near), y.take(near)))
-        return found
+        squared = np.full(_BINS, np.inf)
+        np.minimum.at(squared, _bins(x, y), x * x + y * y)
+        nearest: FloatArray = np.sqrt(squared)  # one root a degree
+        return nearest
 
     @np.errstate(invalid="ignore")  # inf - inf in degrees without a return
     def _align(
@@ -111,7 +107,6 @@ class Movers:
     ) -> tuple[FloatArray, FloatArray]:
         """Gap per degree (now minus expected, m; 0 where unknown) and its slant."""
         c, s = _COS, _SIN
-        x0, y0 = self._origin[:, 0].tolist()
         across = now.take(_AFTER) - now.take(_AHEAD)
         smooth = (np.abs(across) < _EDGE_M) & (now < _FAR_M)
         slope = np.where(smooth, across / (2.0 * _DEG), 0.0)
@@ -119,7 +114,7 @@ class Movers:
         slant = np.sqrt(1.0 + ratio**2)
         # How the range in a fixed direction changes with the chair's travel and turn.
         of_way = (-c - ratio * s) / slant
-        of_turn = (y0 * c - x0 * s + ratio * (y0 * s + x0 * c) + slope) / slant
+        of_turn = (self._across + ratio * self._along + slope) / slant
         changes = np.array((of_way, of_turn))
         way_m, turn = self.speed_m_s * elapsed_s, math.radians(self.rate_deg_s) * elapsed_s
         gap = np.zeros(_BINS)
@@ -176,13 +171,8 @@ def _least_squares(rows: FloatArray, weight: FloatArray, rest: FloatArray) -> tu
 
 
 def _wide(flags: BoolArray) -> BoolArray:
-    """`flags` only where they belong to a run of at least _LEAST_WIDE, round the circle."""
-    if not flags.any():
+    """`flags` only where they belong to a run of at least three, round the circle."""
+    if not np.count_nonzero(flags):
         return flags
-    kept = np.zeros(len(flags), dtype=np.bool_)
-    for first in range(_LEAST_WIDE):
-        run = np.ones(len(flags), dtype=np.bool_)
-        for at in range(_LEAST_WIDE):
-            run &= np.roll(flags, first - at)
-        kept |= run
-    return kept
+    middle = flags & flags.take(_AFTER) & flags.take(_AHEAD)
+    return np.asarray(middle | middle.take(_AFTER) | middle.take(_AHEAD))

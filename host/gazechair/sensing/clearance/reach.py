@@ -17,14 +17,17 @@ from gazechair.sensing.clearance.arcs import Bytes, arc_reach
 from gazechair.sensing.clearance.movers import Movers
 from gazechair.sensing.clearance.standing import (
     AGAIN_M,
+    APART_M,
+    AWAY_M,
     Approach,
     Standing,
     like_persons,
     stands,
 )
+from gazechair.sensing.clearance.stood import Stood
 from gazechair.sensing.clearance.surface import Surfaces, surfaces
 from gazechair.sensing.clearance.sweeps import Sweeps
-from gazechair.sensing.clearance.walls import goes_on
+from gazechair.sensing.clearance.walls import askew, goes_on
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.scan import ChairView
 from gazelink import arcs, codes
@@ -38,6 +41,7 @@ Reach = tuple[float, float, float, float]
 """Metres forward and backward, degrees left and right; inf = free as far as the lidar sees."""
 
 FREE: Reach = (math.inf, math.inf, math.inf, math.inf)
+_ROUNDING_M = 1e-9
 _ARC_RANGE_M = 4.5  # from a lidar: no farther point limits an arc
 NOTHING_NEAR: Bytes = np.full(arcs.SIZE, arcs.FAR, dtype=np.uint8)
 
@@ -54,6 +58,7 @@ class LidarReach:
         self._across_m = (across_m.min(), across_m.max())
         self._movers: Movers | None = None
         self._standing = {way: Standing() for way in (codes.DIR_FORWARD, codes.DIR_BACKWARD)}
+        self._stood = Stood()
         self.seen_m: FloatArray = np.zeros((0, 2))
         """The newest view, in the chair's frame, and when it was acquired."""
         self.seen_s = -math.inf
@@ -95,7 +100,8 @@ class LidarReach:
             far = contacts[doubted]
             contacts[doubted] = np.where(far > self._zone.far, np.inf, far)
         least = contacts.min(axis=0)
-        least[codes.DIR_BACKWARD] = min(least[codes.DIR_BACKWARD], self._bent(seen, doubted))
+        backward_m = float(least[codes.DIR_BACKWARD])
+        least[codes.DIR_BACKWARD] = min(backward_m, self._bent(seen, doubted, backward_m))
         if np.count_nonzero(self._sweeps.alongside(seen.points_m)):
             # Nearer than the heading's error at speed: only creep, so a person there can get away.
             least[codes.DIR_FORWARD] = min(least[codes.DIR_FORWARD], self._creeps_m)
@@ -103,24 +109,31 @@ class LidarReach:
             self._movers = Movers(view.origin_m)
             self._movers.zone = self._zone
         coming = self._movers.update(seen.points_m, view.acquired_s)
+        walks = bool(len(coming))
         persons = self._persons(seen)
-        still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
+        if walks or not stands(self._movers.speed_m_s, self._movers.rate_deg_s):
+            self._stood.restart()
+        stood = self._stood.update(seen, persons, self._movers.turned_deg, view.acquired_s)
         ways_m = [contacts[one].min(axis=0).tolist() for one in persons]
         for direction, standing in self._standing.items():
             way_m = min((ways[direction] for ways in ways_m), default=math.inf)
+            pairs = zip(stood, ways_m, strict=True)
+            all_stood = all(one for one, ways in pairs if ways[direction] < way_m + AWAY_M)
             told_m = standing.update(
-                way_m, still, bool(len(coming)), self._movers.turned_deg, view.acquired_s
+                way_m, all_stood, walks, self._movers.turned_deg, view.acquired_s
             )
             least[direction] = min(least[direction], told_m)
-        if len(coming):
+        if walks:
             contacts = self._sweeps.contacts(coming)
             least = np.minimum(least, contacts.min(axis=0))
             self.arcs = np.minimum(self.arcs, self._arcs.least(coming, contacts))
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
 
-    def _bent(self, seen: Surfaces, doubted: NDArray[np.int64]) -> float:
+    def _bent(self, seen: Surfaces, doubted: NDArray[np.int64], straight_m: float) -> float:
+        # A bend no shorter than the straight way limits nothing.
+        range_m = min(self._bend_m, max(0.0, straight_m - self._margin_m) + _ROUNDING_M)
         # These points are beside the body: the board's margin behind it is not needed as well.
-        ways = self._sweeps.bent(seen.points_m, self._bend_m) + self._margin_m
+        ways = self._sweeps.bent(seen.points_m, range_m) + self._margin_m
         if len(doubted):
             far = ways[doubted]
             ways[doubted] = np.where(far > self._zone.far[codes.DIR_BACKWARD], np.inf, far)
@@ -135,7 +148,8 @@ class LidarReach:
         return [
             thing[in_way[thing]]
             for thing in like_persons(seen, in_way)
-            if not any(goes_on(seen.points_m[thing], other) for other in self._others)
+            if not _is_askew(seen, thing)
+            and not any(goes_on(seen.points_m[thing], other) for other in self._others)
         ]
 
     def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> Bytes:
@@ -150,6 +164,19 @@ class LidarReach:
         return np.asarray(np.minimum(least, ways.min(axis=0)), dtype=np.uint8)
 
 
+def _is_askew(seen: Surfaces, thing: NDArray[np.int64]) -> bool:
+    """Whether a thing lies between a nearer and a farther beam, in line with both."""
+    first, last = int(thing[0]), int(thing[-1])
+    before, after = first - 1, (last + 1) % len(seen.points_m)
+    ranges_m = seen.ranges_m
+    steps_m = ranges_m[first] - ranges_m[before], ranges_m[after] - ranges_m[last]
+    if ranges_m[last] < ranges_m[first]:
+        steps_m = -steps_m[0], -steps_m[1]
+    if min(steps_m) < APART_M:  # no step: a gap between beams
+        return False
+    return askew(seen.points_m[thing], seen.points_m[before], seen.points_m[after])
+
+
 class _Speckles:
     """Remembers the isolated returns of the last turn."""
 
@@ -158,11 +185,10 @@ class _Speckles:
 
     def again(self, points: FloatArray, at_s: float) -> NDArray[np.bool_]:
         """Which of `points` had one near them a turn before; remembers `points`."""
-        found = np.zeros(len(points), dtype=np.bool_)
-        for then_s, others in self._kept if len(points) else ():
-            if _TURN_S[0] <= at_s - then_s <= _TURN_S[1]:
-                gaps = points[:, None, :] - others[None, :, :]
-                found |= (np.hypot(gaps[:, :, 0], gaps[:, :, 1]) < _SAME_PLACE_M).any(axis=1)
         kept = [(s, p) for s, p in self._kept if 0.0 <= at_s - s <= _TURN_S[1]]
         self._kept = [*kept, (at_s, points)] if len(points) else kept
-        return found
+        before = [p for s, p in kept if at_s - s >= _TURN_S[0]]
+        if not before or not len(points):
+            return np.zeros(len(points), dtype=np.bool_)
+        x, y = points.T[:, :, None] - np.concatenate(before).T[:, None, :]
+        return np.asarray((np.hypot(x, y) < _SAME_PLACE_M).any(axis=1))

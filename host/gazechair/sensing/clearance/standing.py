@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray
+from gazechair.sensing.clearance.stood import AWAY_DEG, HIDDEN_S, SAME_M
 from gazechair.sensing.clearance.surface import Surfaces
 from gazechair.sensing.clearance.zone import Stopping
 from gazelink import zone
@@ -24,7 +25,8 @@ from gazelink import zone
 _WALK_M_S = 1.0
 _HARMLESS_M_S = 0.05
 
-_APART_M = 0.06  # neighbouring beams that differ by more hit different objects
+APART_M = 0.06
+"""Neighbouring beams that differ by more hit different objects."""
 _APART_SIGMA = 4.0  # and by more than this many times the noise of a beam
 _APART_RAD = 0.03
 _WIDE_M = (0.08, 0.9)  # from a leg in trousers to somebody broad, seen askew
@@ -32,11 +34,8 @@ _LEAST_BEAMS = 3
 
 AGAIN_M = 0.11
 """The board's band before it goes on (BAND_MM) plus the play of a clearance (evaluate)."""
-_CALM_S = 10.0
-_HIDDEN_S = 1.0  # this long a possible person may look like a part of a wall
-_SAME_M = 0.05
-_AWAY_M = 0.3  # farther away it is another one
-_AWAY_DEG = 10.0  # after a turn by this much as well
+AWAY_M = 0.3
+"""Farther away it is another one."""
 _STANDS_M_S = 0.03
 _STANDS_DEG_S = 3.0
 
@@ -83,17 +82,16 @@ def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray
     if len(points_m) < _LEAST_BEAMS:
         return []
     # From each beam to the next, round the circle: an object may be straight behind the lidar.
-    ranges_m, bearings_rad = seen.ranges_m, seen.bearings_rad
+    ranges_m = seen.ranges_m
     step_m = np.abs(np.concatenate((ranges_m[1:], ranges_m[:1])) - ranges_m)
-    apart = step_m > max(_APART_M, _APART_SIGMA * seen.noise_m)
-    apart[:-1] |= bearings_rad[1:] - bearings_rad[:-1] > _APART_RAD
-    apart[-1] |= bearings_rad[0] + 2.0 * np.pi - bearings_rad[-1] > _APART_RAD
+    apart = step_m > max(APART_M, _APART_SIGMA * seen.noise_m)
+    apart |= seen.turns_rad > _APART_RAD
     ends = apart.nonzero()[0]
     if not len(ends):
         return []
     firsts = np.concatenate((ends[-1:] + 1 - len(points_m), ends[:-1] + 1))
-    across = points_m.take(ends, axis=0) - points_m.take(firsts, axis=0)
-    wide_m = np.hypot(across[:, 0], across[:, 1])
+    x, y = points_m.T.take(ends, axis=1) - points_m.T.take(firsts, axis=1)
+    wide_m = np.hypot(x, y)
     wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
     wide &= ends - firsts + 1 >= _LEAST_BEAMS
     if where is not None:
@@ -113,35 +111,34 @@ class Standing:
         self.approach = Approach(None)
         """By the board's stopping distances; may be replaced at any time."""
         self._near_m = np.inf
-        self._since_s = self._seen_s = 0.0
+        self._seen_s = 0.0
         self._since_deg = 0.0
         self._furniture = False
 
     def update(
-        self, way_m: float, chair_stands: bool, walks: bool, turned_deg: float, at_s: float
+        self, way_m: float, stood: bool, walks: bool, turned_deg: float, at_s: float
     ) -> float:
         """Clearance to report; inf for no limit.
 
-        `way_m`: distance to the nearest possible person. `walks`: some object approaches.
-        `turned_deg`: how far the chair has turned since whenever.
+        `way_m`: distance to the nearest possible person. `stood`: this one has stood for ten
+        seconds before the standing chair. `walks`: some object approaches. `turned_deg`: how far
+        the chair has turned since whenever.
         """
         approach = self.approach
-        turned = abs(turned_deg - self._since_deg) > _AWAY_DEG
-        seen = way_m < self._near_m + _AWAY_M
-        if seen:
-            self._seen_s = at_s
-        elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
-            return approach.told_m(way_m)
+        told_m = approach.told_m(way_m)
         if self._furniture:
-            self._furniture = seen and not walks and not turned
-        if walks or turned or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
-            if not self._furniture:
-                self._near_m, self._since_s, self._since_deg = way_m, at_s, turned_deg
-        elif at_s - self._since_s >= _CALM_S and way_m < approach.again_from_m + _SAME_M:
+            hidden = way_m >= self._near_m + AWAY_M
+            if not hidden:
+                self._seen_s = at_s
+            turned = abs(turned_deg - self._since_deg) > AWAY_DEG
+            self._furniture = not walks and not turned and at_s - self._seen_s < HIDDEN_S
+            if self._furniture:
+                return told_m if hidden else max(approach.creep_way_m, told_m)
+        if stood and way_m < approach.again_from_m + SAME_M:
             self._furniture = True
-        if self._furniture:
-            return max(approach.creep_way_m, approach.told_m(way_m))
-        return approach.told_m(way_m)
+            self._near_m, self._seen_s, self._since_deg = way_m, at_s, turned_deg
+            return max(approach.creep_way_m, told_m)
+        return told_m
 
 
 def stands(speed_m_s: float, rate_deg_s: float) -> bool:

@@ -23,6 +23,7 @@ _GATE_SIGMA = 5.0
 _LEAST_GATE_M = 0.03
 _MOST_GATE_M = 0.15  # noise of 3 cm
 _ALIKE_M = 0.15  # a neighbour within this makes an obstacle of two beams
+_ROUND = np.array(((2.0 * math.pi,), (0.0,)))  # a bearing a turn later, at the same range
 _BEYOND = np.full(_NEIGHBOURS, 1e6)  # padding at both ends, unlike any range
 
 
@@ -36,6 +37,8 @@ class Surfaces:
     """(N,): how far they are from the lidar."""
     bearings_rad: FloatArray
     """(N,): ascending, about the lidar."""
+    turns_rad: FloatArray
+    """(N,): from each to the next, round the circle."""
     lone: BoolArray
     """(N,): True if no neighbouring beam measured about the same."""
     noise_m: float
@@ -65,24 +68,21 @@ def surfaces(
 
     `polar`: their bearings (radians) and ranges about it, (2, N), if they are known.
     """
-    # Column by column: numpy is slow with many rows of two.
-    x, y = points_m[:, 0] - origin_m[0], points_m[:, 1] - origin_m[1]
-    bearings, ranges = (np.arctan2(y, x), np.hypot(x, y)) if polar is None else polar
-    order = np.argsort(bearings, kind="stable")
-    bearings, ranges, x, y = (column.take(order) for column in (bearings, ranges, x, y))
+    # Two rows, x and y: numpy is slow with many rows of two.
+    origin = np.array(origin_m)[:, None]
+    offset = points_m.T - origin
+    if polar is None:
+        polar = np.array((np.arctan2(offset[1], offset[0]), np.hypot(offset[0], offset[1])))
+    order = np.argsort(polar[0], kind="stable")
+    polar, offset = polar.take(order, axis=1), offset.take(order, axis=1)
+    bearings, ranges = polar
     noise = noise_m(ranges)
     smooth = _smoothed(bearings, ranges, noise)
-    gap = np.abs(np.concatenate((ranges[1:], ranges[:1])) - ranges)
-    turn = np.concatenate((bearings[1:], bearings[:1] + 2.0 * np.pi)) - bearings
-    alike = (gap < _ALIKE_M) & (turn < _NEXT_RAD) & (turn > 0.0)
-    lone = ~alike
-    lone[1:] &= ~alike[:-1]
-    lone[:1] &= ~alike[-1:]
-    scale = smooth / np.maximum(ranges, 1e-9)
-    points = np.empty((len(scale), 2))
-    points[:, 0] = x * scale + origin_m[0]
-    points[:, 1] = y * scale + origin_m[1]
-    return Surfaces(points, smooth, bearings, lone, noise)
+    turns, steps = np.concatenate((polar[:, 1:], polar[:, :1] + _ROUND), axis=1) - polar
+    alike = (np.abs(steps) < _ALIKE_M) & (turns < _NEXT_RAD) & (turns > 0.0)
+    lone = ~(alike | np.concatenate((alike[-1:], alike[:-1])))
+    points = offset * (smooth / np.maximum(ranges, 1e-9)) + origin
+    return Surfaces(points.T, smooth, bearings, turns, lone, noise)
 
 
 def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatArray:
@@ -101,7 +101,7 @@ def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatAr
         taken &= close
         count = np.add.reduce(taken.view(np.uint8), axis=0, dtype=np.uint8)
         total = np.add.reduce(np.multiply(around, taken, out=apart), axis=0)
-        centres = np.where(count > 0, total / np.maximum(count, 1), centres)
+        np.divide(total, count, out=centres, where=count > 0)
     smooth = ranges.copy()
     smooth[near] = centres
     return smooth

@@ -75,27 +75,27 @@ class Sweeps:
         near = ((np.abs(x) < reach_m + _APART_M) & (y < reach_m + _APART_M)).nonzero()[0]
         corridor = y <= width_m + self._spread * (RANGE_M + reach_m + reach_m)
         if len(near):
-            around = points_m.take(near, axis=0)
+            around = _pick(points_m, near)
             reached = np.hypot(around[:, 0], around[:, 1]) <= reach_m
             grown = reached & self._footprint.contains(around)
             corridor[near[grown]] = False
             here = (reached & ~grown).nonzero()[0]
             if len(here):
-                left, right = np.degrees(self._turns(around.take(here, axis=0)))
+                left, right = np.degrees(self._turns(_pick(around, here)))
                 found[near.take(here), codes.DIR_LEFT] = left
                 found[near.take(here), codes.DIR_RIGHT] = right
             here = grown.nonzero()[0]
             if len(here):
-                found[near.take(here)] = self._from_within(around.take(here, axis=0))
+                found[near.take(here)] = self._from_within(_pick(around, here))
         chosen = corridor.nonzero()[0]
-        ahead = points_m.take(chosen, axis=0)
+        ahead = _pick(points_m, chosen)
         aside_m = width_m + self._spread * (np.abs(ahead[:, 0]) + reach_m)
         straight = np.abs(ahead[:, 1]) <= aside_m
         for direction, sign in ((codes.DIR_FORWARD, 1.0), (codes.DIR_BACKWARD, -1.0)):
             way = sign * ahead[:, 0]
             here = (straight & (way > -reach_m) & (way < RANGE_M + reach_m)).nonzero()[0]
             if len(here):
-                ways_m = self._straight(ahead.take(here, axis=0), sign)
+                ways_m = self._straight(_pick(ahead, here), sign)
                 found[chosen.take(here), direction] = ways_m
         return found
 
@@ -115,12 +115,12 @@ class Sweeps:
         chosen = near.nonzero()[0]
         if not len(chosen):
             return found
-        points = points_m.take(chosen, axis=0)
+        points = _pick(points_m, chosen)
         nearer_m = np.full(len(points), _SEEN_M)
         close = self._boxed(points, 2.0 * _SEEN_M)  # all others are farther from the body
         held = close[:0]
         if len(close):
-            by = points.take(close, axis=0)
+            by = _pick(points, close)
             gap_m = np.maximum(distance_m(self._footprint.body, by) - _APART_M, 0.0)
             nearer_m[close] = np.minimum(gap_m, _SEEN_M)
             held = close[inside(self._footprint.body, by)]
@@ -141,7 +141,7 @@ class Sweeps:
         found &= np.abs(points_m[:, 1]) <= self._footprint.half_width_m
         chosen = found.nonzero()[0]
         if len(chosen):
-            near = points_m.take(chosen, axis=0)
+            near = _pick(points_m, chosen)
             found[chosen] = self._footprint.contains(near) & ~inside(self._footprint.body, near)
         return np.asarray(found)
 
@@ -168,28 +168,43 @@ class Sweeps:
         return np.stack((_least(own - crossings, real), _least(crossings - own, real)))
 
     def _from_within(self, points: FloatArray) -> FloatArray:
-        found = np.empty((len(points), 4))
-        for direction, sign in ((codes.DIR_FORWARD, 1.0), (codes.DIR_BACKWARD, -1.0)):
+        motions: list[tuple[FloatArray, float, float, Path]] = []
+        for sign in (1.0, -1.0):
             ways = self._exits[sign].crossings(points)
-            found[:, direction] = self._after_leaving(
-                points, ways, RANGE_M, _PROBE_M, _line(points, -sign)
-            )
+            motions.append((ways, RANGE_M, _PROBE_M, _line(points, -sign)))
         own = np.arctan2(points[:, 1], points[:, 0])
         squared = points[:, 0] ** 2 + points[:, 1] ** 2
         crossings, real = self._every_circles.crossings(squared)
-        for direction, sign in ((codes.DIR_LEFT, 1.0), (codes.DIR_RIGHT, -1.0)):
+        for sign in (1.0, -1.0):
             ways = np.where(real, in_turn(sign * (own - crossings), _FULL_TURN), np.inf)
             ways = ways.reshape(-1, len(points))
-            found[:, direction] = np.degrees(
-                self._after_leaving(points, ways, _FULL_TURN, _PROBE_RAD, _circle(points, -sign))
-            )
+            motions.append((ways, _FULL_TURN, _PROBE_RAD, _circle(points, -sign)))
+        began = inside(self._footprint.body, points)
+        found = np.stack(
+            [self._after_leaving(began, ways, end, path) for ways, end, _, path in motions], axis=1
+        )
+        if np.count_nonzero(began):
+            at = began.nonzero()[0]
+            count = np.ones((len(points), 1))
+            steps = np.stack([path(probe * count)[at, 0] for _, _, probe, path in motions], axis=1)
+            found[at] = np.where(self._deeper(points[at], steps), 0.0, found[at])
+        found[:, codes.DIR_LEFT :] = np.degrees(found[:, codes.DIR_LEFT :])
         return found
 
+    def _deeper(self, points: FloatArray, steps: FloatArray) -> BoolArray:
+        """(N, 4): which of the (N, 4, 2) first steps lead the (N, 2) points deeper into it."""
+        outline = self._footprint.body
+        before_m = distance_m(outline, points)[:, None]
+        deeper_m = distance_m(outline, steps.reshape(-1, 2)).reshape(-1, 4) - before_m
+        way = steps - points[:, None, :]
+        return np.asarray(deeper_m > _DEEPER * np.hypot(way[..., 0], way[..., 1]))
+
     def _after_leaving(
-        self, points: FloatArray, ways: FloatArray, end: float, probe: float, path: Path
+        self, began: BoolArray, ways: FloatArray, end: float, path: Path
     ) -> FloatArray:
+        """The way along `path`, for each point, to its contact; `began`: those within the body."""
         # Cut each path at its crossings; a piece between two cuts is entirely in or out.
-        count = len(points)
+        count = len(began)
         cuts = np.sort(np.minimum(ways.T, end), axis=1)
         cuts = np.concatenate((np.zeros((count, 1)), cuts, np.full((count, 1), end)), axis=1)
         middles = path(0.5 * (cuts[:, :-1] + cuts[:, 1:])).reshape(-1, 2)
@@ -199,16 +214,11 @@ class Sweeps:
         body = inside(self._footprint.body, middles).reshape(shape)
         left = np.logical_or.accumulate(real & ~grown, axis=1)
         # A point that began within the body can touch it only after it has left it.
-        began = inside(self._footprint.body, points)
         free_of_body = np.logical_or.accumulate(real & ~body, axis=1) | ~began[:, None]
         pressing = real & body & free_of_body & ~left
-        step = path(np.full((count, 1), probe))[:, 0, :]
-        outline = self._footprint.body
-        deeper_m = distance_m(outline, step) - distance_m(outline, points)
-        deeper = began & (deeper_m > _DEEPER * np.hypot(*(step - points).T))
         touches = pressing | (real & grown & left)
         first = cuts[np.arange(count), touches.argmax(axis=1)]
-        return np.where(deeper, 0.0, np.where(touches.any(axis=1), first, np.inf))
+        return np.where(touches.any(axis=1), first, np.inf)
 
 
 def _entries(sides: FloatArray, sign: float) -> tuple[_Rays, BoolArray]:
@@ -227,6 +237,11 @@ def _entries(sides: FloatArray, sign: float) -> tuple[_Rays, BoolArray]:
 def _facing(sides: FloatArray, dx: float, dy: float) -> BoolArray:
     # Sides run counter-clockwise: a path enters where it has the inside on its other side.
     return np.asarray(dx * (sides[:, 3] - sides[:, 1]) - dy * (sides[:, 2] - sides[:, 0]) < 0.0)
+
+
+def _pick(points: FloatArray, at: NDArray[np.int64]) -> FloatArray:
+    """The (M, 2) points at these indices; as all points here, stored as a row of x and one of y."""
+    return points.T.take(at, axis=1).T
 
 
 def _sides(polygon: FloatArray) -> FloatArray:

@@ -160,10 +160,9 @@ def view_of(scan: Scan, placing: Placing, blindness: Blindness | None = None) ->
         scan.acquired_s,
         nearest_m,
     )
-    points = np.empty((len(chosen), 2))
-    points[:, 0], points[:, 1] = placed[_X].take(chosen), placed[_Y].take(chosen)
+    returned = placed[_X:].take(chosen, axis=1)
+    points, polar = returned[: _BEARING - _X].T, returned[_BEARING - _X :]
     origin_m = (placing.pose.x_m, placing.pose.y_m)
-    polar = placed[_BEARING:].take(chosen, axis=1)
     return ChairView(points, states, origin_m, scan.acquired_s, scan.source, polar)
 
 
