@@ -14,10 +14,11 @@ from gazemeasure.home import alarms, odometry
 from gazemeasure.home import maps as home_maps
 from gazemeasure.home import process as home_process
 from gazemeasure.home import record as home_record
-from gazemeasure.home.drives import Job, drive
+from gazemeasure.home.drives import Driven, Job, drive
 from gazemeasure.home.localization import Counted
-from gazemeasure.home.maps import WALLS_M, Judged
+from gazemeasure.home.maps import OFF_STEP_M, WALLS_M, Judged
 from gazemeasure.report import Report
+from gazemeasure.spread import Spread
 
 
 def test_a_public_log_without_wheel_encoders() -> None:
@@ -40,11 +41,11 @@ def test_a_short_drive_is_judged_by_the_truth() -> None:
     found = drive(Job(4, 16.0, "one lidar"))
     assert found.way_m > 0.5
     assert found.end_m < 0.03
-    assert found.age_s.max() < 0.1
+    assert found.age_s < 0.1
     assert (found.alarms, found.turned) == (0, 0)
-    assert np.percentile(found.map.off_m, 95) < WALLS_M
+    assert found.map.off_m.percentile(95.0) < WALLS_M
     assert not found.map.doubled
-    assert np.percentile(np.abs(found.speed_m_s), 90) < 0.05
+    assert found.speed_m_s.percentile(90.0) < 0.05
 
 
 @pytest.mark.parametrize(
@@ -63,9 +64,9 @@ def test_memory_is_judged_after_an_hour(mb_an_hour: float, ok: bool) -> None:
 
 
 def test_a_room_that_is_twice_in_the_map_falls_short() -> None:
-    right = Judged(np.full(100, 0.01), np.full(20, 0.05))
-    twice = Judged(np.where(np.arange(100) < 10, 0.4, 0.01), np.full(20, 0.05))
-    bent = Judged(np.full(100, 0.01), np.full(20, 0.5))
+    right = Judged(Spread.of(np.full(100, 0.01), OFF_STEP_M), 0.05)
+    twice = Judged(Spread.of(np.where(np.arange(100) < 10, 0.4, 0.01), OFF_STEP_M), 0.05)
+    bent = Judged(Spread.of(np.full(100, 0.01), OFF_STEP_M), 0.5)
     for maps, ok in (([right], True), ([right, twice], False), ([right, bent], False)):
         report = Report("home")
         home_maps.add_rows(report, "two lidars", maps)
@@ -96,3 +97,28 @@ def test_starts_on_record_are_not_run_again_and_are_counted(
     assert stored["kinds"]["moved"] == {"wrong": 1}
     assert stored["claims in homes that are not on the map"] == 1
     assert stored["noticed after, most, s"] == math.inf
+
+
+def drive_once(job: Job) -> Driven:
+    """Result of a drive; it fails when it runs again."""
+    Path(f"drove {job.seed}").touch(exist_ok=False)
+    speed, sigmas = Spread.of([-0.01, 0.02], 0.001), Spread.of([0.5, 2.5], 0.1)
+    walls = Judged(Spread.of([0.005, 0.015, math.inf], OFF_STEP_M), 0.1)
+    return Driven(job, 10.0, 0.01 * job.seed, speed, sigmas, 0.05, job.seed, 0, 0.1, walls)
+
+
+def test_drives_on_record_are_not_run_again_and_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "drives.json"
+    jobs = [Job(seed, 600.0, "one lidar") for seed in range(2)]
+    first = home_record.drives(drive_once, jobs[:1], file)
+    both = home_record.drives(drive_once, jobs, file)
+    assert both[0] == first[0]
+    assert [one.job for one in both] == jobs
+    told = json.loads(file.read_text())["one lidar"]
+    assert (told["drives"], told["hours"]) == (2, 0.33)
+    assert told["end error by way, most, %"] == 0.1
+    assert told["called stuck or pushed without cause"] == 1
+    assert told["homes with a doubled room"] == 2

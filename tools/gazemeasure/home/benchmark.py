@@ -48,7 +48,7 @@ def measure(quick: bool) -> Report:
     with forked() as pool:
         each = partial(pool.map, chunksize=1)
         home_odometry.measure(report, quick, each)
-        drives.measure(report, quick, each)
+        drives.measure(report, quick, each if quick else record.drives)
         localization.measure(report, quick, each if quick else record.starts)
         for part in (foreign, faults, upkeep, alarms, forward):
             part.measure(report, quick, each)

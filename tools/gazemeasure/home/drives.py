@@ -6,9 +6,9 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.sensing.odometry.doubts import PUSHED, STUCK, TURNED
 from gazechair.sensing.odometry.motion import Motion
@@ -16,14 +16,14 @@ from gazechair.sensing.odometry.odometry import Odometry
 from gazemeasure.home import maps
 from gazemeasure.home.maps import Judged, MapJudge
 from gazemeasure.report import Report, percentile
+from gazemeasure.spread import Spread, together
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR, Drive
-
-Array = NDArray[np.float64]
 
 LIDARS = {"two lidars": (FRONT, REAR), "one lidar": (FRONT,)}
 _HOMES, _HOMES_QUICK = 100, 4
 _SECONDS, _SECONDS_QUICK = 600.0, 40.0
+_SPEED_STEP_M_S, _SIGMA_STEP = 0.001, 0.1
 
 
 @dataclass(frozen=True)
@@ -37,18 +37,18 @@ class Job:
 
 @dataclass(frozen=True)
 class Driven:
-    """The result of a drive. Arrays have an entry per estimate."""
+    """The result of a drive."""
 
     job: Job
     way_m: float
     end_m: float
     """Position error at the end, with a correct beginning."""
-    speed_m_s: Array
+    speed_m_s: Spread
     """Errors of the speed."""
-    speed_sigmas: Array
+    speed_sigmas: Spread
     """The same errors, in claimed standard deviations."""
-    age_s: Array
-    """Time from the estimate's moment until its measurements were complete."""
+    age_s: float
+    """Longest time from an estimate's moment until its measurements were complete."""
     alarms: int
     """Number of false reports of a stuck or pushed chair."""
     turned: int
@@ -100,8 +100,15 @@ def drive(job: Job) -> Driven:
     x_true, y_true = ended[1].x_m - began[1].x_m, ended[1].y_m - began[1].y_m
     end_m = math.hypot(c * x - s * y - x_true, s * x + c * y - y_true)
     core = spent_s / job.seconds
-    arrays = (np.array(speeds), np.array(sigmas), np.array(ages))
-    return Driven(job, driven.way_m, end_m, *arrays, alarms, turned, core, judge.judged())
+    spreads = Spread.of(speeds, _SPEED_STEP_M_S), Spread.of(sigmas, _SIGMA_STEP)
+    found_map = judge.judged()
+    return Driven(job, driven.way_m, end_m, *spreads, max(ages), alarms, turned, core, found_map)
+
+
+def kept(row: dict[str, Any]) -> Driven:
+    """A result from its JSON row."""
+    spreads = {name: Spread(**row[name]) for name in ("speed_m_s", "speed_sigmas")}
+    return Driven(**{**row, **spreads, "job": Job(**row["job"]), "map": maps.kept(row["map"])})
 
 
 def measure(report: Report, quick: bool, run: Run) -> None:
@@ -126,13 +133,13 @@ def _add_rows(report: Report, lidars: str, done: list[Driven]) -> None:
     share = [100.0 * one.end_m / one.way_m for one in done if one.way_m > 1.0]
     report.add(f"homes, {lidars}: end error by way, median", percentile(share, 0.5), "%", 0.5)
     report.add("  worst", max(share), "%")
-    speeds = np.abs(np.concatenate([one.speed_m_s for one in done]))
-    report.add("  speed error, 95 %", float(np.percentile(speeds, 95)), "m/s", 0.03)
-    sigmas = np.abs(np.concatenate([one.speed_sigmas for one in done]))
-    report.add("  within two of its own sigmas", 100.0 * float((sigmas < 2.0).mean()), "%")
-    ages = np.concatenate([one.age_s for one in done])
+    speeds = together(one.speed_m_s for one in done)
+    report.add("  speed error, 95 %", speeds.percentile(95.0), "m/s", 0.03)
+    sigmas = together(one.speed_sigmas for one in done)
+    report.add("  within two of its own sigmas", 100.0 * sigmas.share_below(2.0), "%")
     # In virtual time no computation takes any: see process.py for the limit.
-    report.add("  age when its measurements are whole, most", float(ages.max()), "s")
+    age_s = max(one.age_s for one in done)
+    report.add("  age when its measurements are whole, most", age_s, "s")
     core = 100.0 * float(np.median([one.core for one in done]))
     report.add("  share of a core, computing alone", core, "%", 25.0)
     way_m = sum(one.way_m for one in done)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.points import Piece
 from gazemeasure.report import Report
+from gazemeasure.spread import Spread, together
 from gazesim.home_drive import LIDAR_HEIGHT_M, Truth
 from gazesim.homes import Home
 
@@ -23,22 +25,28 @@ WALLS_M = 0.03  # 95 % of occupied cells are this near to a surface
 # A room is doubled if key scans are this far off, or many occupied cells far from all surfaces.
 _DOUBLED_M, _NOWHERE_M, _NOWHERE_SHARE = 0.3, 0.15, 0.03
 _AT_ONCE = 500
+OFF_STEP_M = 0.001
 
 
 @dataclass(frozen=True)
 class Judged:
     """Errors of a map."""
 
-    off_m: Array
+    off_m: Spread
     """Each occupied cell's distance from the nearest surface."""
-    keys_off_m: Array
-    """Each key scan's distance from where it was made."""
+    keys_off_m: float
+    """The largest distance of a key scan from where it was made."""
 
     @property
     def doubled(self) -> bool:
         """True if a room is mapped at a wrong place."""
-        nowhere = float((self.off_m > _NOWHERE_M).mean())
-        return bool(self.keys_off_m.max() > _DOUBLED_M) or nowhere > _NOWHERE_SHARE
+        nowhere = 1.0 - self.off_m.share_below(_NOWHERE_M)
+        return self.keys_off_m > _DOUBLED_M or nowhere > _NOWHERE_SHARE
+
+
+def kept(row: dict[str, Any]) -> Judged:
+    """Errors from their JSON row."""
+    return Judged(Spread(**row["off_m"]), row["keys_off_m"])
 
 
 class MapJudge:
@@ -76,16 +84,16 @@ class MapJudge:
 
         surfaces = np.unique(np.concatenate(list(self._states.values())), axis=0)
         off_m = surfaces_off_m(placed(home.grid.occupied_m()), surfaces)
-        return Judged(off_m, np.hypot(*(placed(found) - true).T))
+        keys_off_m = np.hypot(*(placed(found) - true).T)
+        return Judged(Spread.of(off_m, OFF_STEP_M), float(keys_off_m.max()))
 
 
 def add_rows(report: Report, lidars: str, maps: list[Judged]) -> None:
     """Add the results of the maps of all drives with these lidars."""
-    off_m = np.concatenate([one.off_m for one in maps])
-    report.add(f"maps of homes, {lidars}: walls, 95 %", np.percentile(off_m, 95), "m", WALLS_M)
-    worst = max(float(np.percentile(one.off_m, 95)) for one in maps)
-    report.add("  in the worst home", worst, "m")
-    report.add("  key scans, most off", max(float(one.keys_off_m.max()) for one in maps), "m")
+    off_m = together(one.off_m for one in maps).percentile(95.0)
+    report.add(f"maps of homes, {lidars}: walls, 95 %", off_m, "m", WALLS_M)
+    report.add("  in the worst home", max(one.off_m.percentile(95.0) for one in maps), "m")
+    report.add("  key scans, most off", max(one.keys_off_m for one in maps), "m")
     report.add("  homes with a doubled room", float(sum(one.doubled for one in maps)), "", 0.0)
 
 
