@@ -175,7 +175,7 @@ class Upkeep:
         new &= _is_most(new, ledger.taken > 0, round(_AROUND_M / grid.cell_m))
         gone = _clustered(self._firm & (ledger.free >= GONE_AFTER), cluster)
         changed = int(new.sum() + gone.sum())
-        self.too_much = changed > _MOST * self._occupied.sum()
+        self.too_much = bool(changed > _MOST * self._occupied.sum())
         if not changed or self.too_much:
             return None
         opened = _wide(gone, round(_DEPTH_M / grid.cell_m)) & ~self._occupied

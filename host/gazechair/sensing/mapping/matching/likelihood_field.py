@@ -28,7 +28,7 @@ class LikelihoodField:
         reach = math.ceil(_REACH_SIGMAS * sigma_m / cell_m)
         cells = np.floor(known_m / cell_m).astype(np.int64)
         low, high = cells.min(axis=0) - reach - 1, cells.max(axis=0) + reach + 2
-        self.low_m: FloatArray = low * cell_m
+        self.low_m: FloatArray = np.asarray(low * cell_m, dtype=np.float64)
         cells -= low
         values = np.zeros(tuple((high - low).tolist()), dtype=np.float32)
         values[cells[:, 0], cells[:, 1]] = 1.0
