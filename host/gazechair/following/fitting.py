@@ -83,25 +83,22 @@ class Fitting:
         planned = self._planned(trail, at_s)
         if planned or at_s >= self._checked_s + _CHECK_S:
             self._checked_s = at_s
-            walked_m = np.array([one[:2] for one in trail.points])
-            self._room = self._checked(standing_m, trail, walked_m, pose, planned)
+            self._room = self._checked(standing_m, trail, pose, planned)
             if self._room.ahead_m == math.inf:
                 self.fits = True
             else:
-                self._seek(standing_m, trail, walked_m, pose, at_s)
+                self._seek(standing_m, trail, pose, at_s)
         return self._room
 
     def _checked(
         self,
         standing_m: Standing,
         trail: Trail,
-        walked_m: FloatArray,
         pose: FloatArray,
         planned: bool,
     ) -> Room:
-        """Where the chair fits along `trail`. `walked_m`: the places of its points. `planned`: a
-        planner's answer, checked for the first time.
-        """
+        """Where the chair fits along `trail`; `planned`: a planner's answer, not yet checked."""
+        walked_m = trail.places_m
         length_m = float(np.hypot(*np.diff(walked_m, axis=0).T).sum())
         rows = trail.expected(pose, min(_CHECKED_M, length_m - KEEP_M))
         facing = turn_poses(_pose(pose), _rad(pose, walked_m[-1]), 0.0)
@@ -123,7 +120,6 @@ class Fitting:
         self,
         standing_m: Standing,
         trail: Trail,
-        walked_m: FloatArray,
         pose: FloatArray,
         at_s: float,
     ) -> None:
@@ -131,7 +127,7 @@ class Fitting:
         if self._pending is None and at_s >= self._again_s:
             rest = trail.rest(pose)
             count = round(_PLANNED_M / STEP_M)
-            points, walked_m = trail.points[:count], walked_m[:count]
+            points, walked_m = trail.points[:count], trail.places_m[:count]
             seen_m = standing_m(*_around(np.concatenate((walked_m, (rest[:2],)))))
             goals = _goals(points)
             plan = partial(_plan, self._footprint, seen_m, walked_m, rest, goals)

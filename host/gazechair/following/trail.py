@@ -136,6 +136,11 @@ class Trail:
         """From near the chair to the person."""
         return self._points
 
+    @property
+    def places_m(self) -> FloatArray:
+        """(N, 2): x and y of `points`."""
+        return np.array([one[:2] for one in self._points])
+
     def take(self, points: Sequence[Point], end: Point) -> None:
         """Drive along `points`, and from `end`, a point of the path, on along the path."""
         after = self._points.index(end) + 1 if end in self._points else len(self._points)

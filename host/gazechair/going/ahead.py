@@ -1,16 +1,56 @@
-"""Poses along the next metres of the planned path."""
+"""What lies ahead along the path: clearances, walkers' room, and the first obstacle."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.going.costmap import Costmap
+from gazechair.going.people import People
 from gazechair.going.plan import Pose, Way
 
 _LOOK_AHEAD_M = 2.5
 _ALONG_M = 0.1
+_STRAIGHT_M = np.arange(0.0, 0.81, 0.1)
+_HIT_M = -0.04  # with less clearance ahead, by map and lidars, the path is blocked
+_BESIDE_M = 0.75  # clearance within this distance counts for steering
+_WALKERS_M = 2.0
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """The view from one pose along the path."""
+
+    room_m: float = 0.0
+    """Least clearance along the next steps of the path."""
+    straight_m: float = math.inf
+    """Least clearance straight ahead; straight back while the path leads backward."""
+    free_m: float = math.inf
+    """Length of the path before the first walker's."""
+    hit_m: float = math.inf
+    """Distance to the first obstacle on the path; inf: none is near."""
+
+
+def look_ahead(
+    costmap: Costmap, people: People, footprint: Footprint, way: Way, leg: int, pose: Pose
+) -> Ahead:
+    """The view from `pose` along `way`, of which `leg` is driven."""
+    poses = poses_ahead(way, leg, pose)
+    clear = costmap.clearance_m(poses[:, 0], poses[:, 1], poses[:, 2])
+    near = poses[:, 3] < _BESIDE_M
+    along_m = -_STRAIGHT_M if way.backward and leg == 0 else _STRAIGHT_M
+    onward = along_m[:, None] * (math.cos(pose[2]), math.sin(pose[2])) + pose[:2]
+    straight = costmap.clearance_m(onward[:, 0], onward[:, 1], pose[2])
+    hits_m = poses[1:, 3][clear[1:] < _HIT_M]
+    return Ahead(
+        float(clear[near].min()) if near.any() else 0.0,
+        float(straight.min()),
+        people.free_m(poses[poses[:, 3] < _WALKERS_M], footprint),
+        float(hits_m.min(initial=math.inf)),
+    )
 
 
 def poses_ahead(way: Way, at_leg: int, pose: Pose) -> FloatArray:

@@ -18,13 +18,14 @@ RATE_RAD_S = math.radians(17.5)
 """Highest turn rate in a bend; fast enough for the board to verify the selected profile."""
 LEAST_M, MOST_M = 0.12, 0.9
 """Shortest and longest tangent of a bend: from the vertex to either end of the arc."""
+CLEAR_M = 0.10
+"""Least clearance along the arc."""
 _LEAST_RADIUS_M = 0.3
 _NONE_RAD = math.radians(2.0)
 _MOST_RAD = math.radians(125.0)
 _SMALLER = 0.65
 _TRIES = 3
 _STEP_RAD, _STEP_M = math.radians(5.0), 0.08
-_CLEAR_M = 0.10  # least clearance along the arc
 # Room that the board requires beyond each pose: a further turn and straight travel, in any order.
 _TURNS_ON_RAD, _TURNS_ON_S, _GOES_ON_M, _BEYOND_M = math.radians(4.0), 1.5, 0.50, 0.03
 _SPEED_M_S, _SETTLES_S = 0.22, 0.6
@@ -119,16 +120,17 @@ def bend_at(costmap: Costmap, a: Point, b: Point, c: Point, most_m: float) -> Be
     """The widest bend at `b` that has room; None: turn on the spot."""
     for _ in range(_TRIES):
         bend = widest(a, b, c, most_m)
-        if bend is None or bend.is_none or _has_room(costmap, bend):
+        if bend is None or bend.is_none or has_room(costmap, bend):
             return bend
         most_m = _SMALLER * bend.tangent_m
     return None
 
 
-def _has_room(costmap: Costmap, bend: Bend) -> bool:
+def has_room(costmap: Costmap, bend: Bend) -> bool:
+    """Whether the arc is clear, and what the board wants free beyond it."""
     poses = bend.sampled()
     x, y, heading = poses.T
-    if float(costmap.clearance_m(x, y, heading).min()) < _CLEAR_M:
+    if float(costmap.clearance_m(x, y, heading).min()) < CLEAR_M:
         return False
     rate = min(RATE_RAD_S, _SPEED_M_S / bend.radius_m)
     turned = heading + math.copysign(_TURNS_ON_RAD + _TURNS_ON_S * rate, bend.angle_rad)

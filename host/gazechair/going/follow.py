@@ -14,14 +14,13 @@ import numpy as np
 
 from gazechair.going.bends import RATE_RAD_S, Bend
 from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.going.pace import PERIOD_S, Pace
 from gazechair.going.plan import ARRIVED_M, NO_LEG_M, Pose, Way
 from gazechair.going.rolled import along
+from gazechair.going.rolls_into import Rolling
 from gazechair.going.spot_turn import SpotTurn
-from gazechair.going.steering import MISS_M, NARROW_M, STEER_MOST_RAD, Steering, miss_m
+from gazechair.going.steering import MISS_M, NARROW_M, STEER_MOST_RAD, TURNS_DEG_S, Steering, miss_m
 
-PERIOD_S = 0.05
-ACCELERATE_M_S2, JERK_M_S3 = 0.3, 1.0
-"""Limits of the requested speed."""
 _TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the goal
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
 _TURN_AGAIN_RAD = math.radians(20.0)
@@ -32,6 +31,7 @@ _JAMS_M, _BETTER_M = 0.035, 0.01  # less clearance straight ahead, and more alon
 _AIM_LEFT_M, _AIM_AGAIN_M = 0.5, 0.5
 _WIDE_M = 0.30  # clearance that permits less exact turns
 _RUNS_OUT_RAD = math.radians(5.0)
+_STEERS_RAD = math.radians(12.0)
 _OF_LET = 0.85
 _NO_BEND_S = 0.6  # a bend requested in vain for this long is given up
 _SHARP_RAD, _SHARP_M_S = math.radians(8.0), 0.22
@@ -40,7 +40,6 @@ _ENDS_DEG_S = 5.0  # with a slower turn, it may begin a leg
 _END_M, _END_WIDE_M = 0.02, 0.06
 _NO_AIM_M = 0.05  # nearer to its leg's end, the chair no longer turns towards that
 _ALONG_M = 0.4  # nearer to its leg's end, only the leg's direction counts
-_LEAST_M_S = 0.02  # first speed requested from rest
 
 
 @dataclass(frozen=True)
@@ -75,7 +74,7 @@ class Follower:
         """How long a curve has been requested without any output."""
         self._aimed_m: float | None = None
         """Distance along the leg at which the chair last aimed at a point ahead."""
-        self._speed, self._acceleration = _LEAST_M_S, 0.0
+        self._pace = Pace(numbers)
         self._spot = SpotTurn(self._turn, numbers.spot_permille, PERIOD_S)
         self._last_stick = STOP
         self.turns_on_spot = False
@@ -93,16 +92,31 @@ class Follower:
         """Whether the present leg is driven backward."""
         return self._way is not None and self._way.backward and self._at == 0
 
-    def take(self, way: Way, pose: Pose) -> None:
-        """Follow a new path from `pose`, without stopping if it leads straight on."""
+    def take(self, way: Way, pose: Pose, steers: bool = False) -> None:
+        """Follow a new path from `pose`, without stopping if it leads straight on.
+
+        `steers`: nor if it begins some degrees aside, as there is room to steer into it.
+        """
         a, b = way.points_m[:2]
         off = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - pose[2], 2.0 * math.pi)
-        aligned = abs(off) < _RUNS_OUT_RAD and not way.backward
+        aligned = abs(off) < (_STEERS_RAD if steers else _RUNS_OUT_RAD) and not way.backward
         aligned = aligned and self._linear.speed > -_STANDS_M_S
         self._way, self._at, self._turning, self._unbent = way, 0, not aligned, 0
         self.lost_way = self.arrived = False
         self._aimed_m = -math.inf  # at once, if need be
         self._spot.start()
+
+    def rolling(self, pose: Pose) -> Rolling | None:
+        """How the chair rolls; None: so slowly, or backward, that it may as well stop."""
+        if self._linear.speed < _ROLLS_M_S:
+            return None
+        then, later_rad = self._then(pose)
+        speed = max(self._linear.speed, self._pace.m_s)
+        leads_m = speed * self._lead_s
+        begin = along((*then[:2], later_rad), leads_m, 0.0)
+        turns = self._turn.speed
+        turns = 0.0 if abs(turns) < TURNS_DEG_S else turns
+        return Rolling(pose, begin, speed, turns, self._bends_rad_s)
 
     def drop(self) -> None:
         """Drop the path."""
@@ -115,8 +129,8 @@ class Follower:
         curved = bool(asked.linear_permille and asked.turn_permille)
         self._steering.passed(PERIOD_S, curved and stick == STOP)
         self._vain_s = self._vain_s + PERIOD_S if curved and stick == STOP else 0.0
-        if not stick.linear_permille:  # restart gently
-            self._speed = max(_LEAST_M_S, min(self._speed, abs(self._linear.speed)))
+        if not stick.linear_permille:  # go on gently
+            self._pace.held(self._linear.speed)
         self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
         self._spot.let_out(stick.turn_permille)
         if _on_spot(stick) and _on_spot(asked):
@@ -151,7 +165,7 @@ class Follower:
                 else self._drive(pose, most_m_s, room_m)
             )
         if not stick.linear_permille:
-            self._speed, self._acceleration = _LEAST_M_S, 0.0
+            self._pace.rest()
         self._last_stick = stick
         return stick
 
@@ -243,9 +257,9 @@ class Follower:
         curve = 0.0
         if bend is not None:
             to_bend_m = left_m - bend.tangent_m
-            most_m_s = min(most_m_s, self._slows(to_bend_m, self._bent_m_s(bend)))
+            most_m_s = min(most_m_s, self._pace.slows_m_s(to_bend_m, self._bent_m_s(bend)))
             left_m = to_bend_m + self._beyond_m(self._at + 1)
-            if to_bend_m < self._speed * self._lead_s:
+            if to_bend_m < self._pace.m_s * self._lead_s:
                 curve = bend.curve_per_m
         elif length < NO_LEG_M or left_m < (_END_WIDE_M if room_m > _WIDE_M else _END_M):
             return self._end_leg()
@@ -263,7 +277,7 @@ class Follower:
             return STOP
         if abs(error) > _SHARP_RAD:
             most_m_s = min(most_m_s, _SHARP_M_S)
-        speed = self._speed_m_s(left_m, most_m_s)
+        speed = self._pace.step(left_m, most_m_s)
         if curve:
             turn = self._steering.curved(speed * curve, across, error)
         else:
@@ -280,12 +294,12 @@ class Follower:
             return STOP
         side = math.copysign(1.0, bend.angle_rad)
         left_m = bend.length_m - bend.radius_m * turned
-        lag_rad = self._speed * self._numbers.lag_s / bend.radius_m
+        lag_rad = self._pace.m_s * self._numbers.lag_s / bend.radius_m
         line = bend.begin_rad + side * min(abs(bend.angle_rad), turned + lag_rad)
         error = math.remainder(line - later_rad, 2.0 * math.pi)
-        curve = bend.curve_per_m if left_m > self._speed * self._lead_s else 0.0
+        curve = bend.curve_per_m if left_m > self._pace.m_s * self._lead_s else 0.0
         beyond_m = self._beyond_m(self._at + 1) - bend.length_m
-        speed = self._speed_m_s(left_m + beyond_m, min(most_m_s, self._bent_m_s(bend)))
+        speed = self._pace.step(left_m + beyond_m, min(most_m_s, self._bent_m_s(bend)))
         linear = self._numbers.linear_permille(speed)
         turn = self._steering.curved(speed * curve, across, error)
         return Stick(linear, turn if linear else 0)
@@ -317,13 +331,12 @@ class Follower:
 
     def _bent_m_s(self, bend: Bend) -> float:
         """Highest speed in a bend at which the board still allows its turn rate."""
-        return bend.radius_m * min(RATE_RAD_S, _OF_LET * math.radians(self._let_deg_s))
+        return bend.radius_m * self._bends_rad_s
 
-    def _slows(self, left_m: float, to_m_s: float) -> float:
-        """Speed from which the chair slows down to `to_m_s` within `left_m`."""
-        late = ACCELERATE_M_S2 * (self._numbers.lag_s + 0.5 * PERIOD_S)
-        squared = late**2 + to_m_s**2 + 2.0 * ACCELERATE_M_S2 * max(left_m, 0.0)
-        return max(to_m_s, math.sqrt(squared) - late)
+    @property
+    def _bends_rad_s(self) -> float:
+        """Highest turn rate in a bend."""
+        return min(RATE_RAD_S, _OF_LET * math.radians(self._let_deg_s))
 
     def _misses(self, along_m: float, across: float, error: float, left_m: float) -> bool:
         """Whether the chair, driving straight on, misses its leg by so much that it must re-aim."""
@@ -362,22 +375,6 @@ class Follower:
     def _begin_turn(self) -> None:
         self._turning = True
         self._spot.start()
-
-    def _speed_m_s(self, left_m: float, most_m_s: float) -> float:
-        """Bounded acceleration and jerk; slow enough to stop at the leg's end."""
-        n = self._numbers
-        delay = n.lag_s + 0.5 * PERIOD_S
-        braked = ACCELERATE_M_S2
-        to_stop = -braked * delay + math.sqrt((braked * delay) ** 2 + 2.0 * braked * left_m)
-        wanted = min(n.most_m_s, most_m_s, max(to_stop, 0.04))
-        gap = wanted - self._speed
-        aim = max(-2.0 * ACCELERATE_M_S2, min(ACCELERATE_M_S2, gap / 0.3))
-        change = JERK_M_S3 * PERIOD_S
-        self._acceleration += max(-2.0 * change, min(change, aim - self._acceleration))
-        self._speed = max(0.0, self._speed + self._acceleration * PERIOD_S)
-        if self._speed >= wanted:
-            self._speed = max(wanted, self._speed - 2.0 * ACCELERATE_M_S2 * PERIOD_S)
-        return self._speed if wanted > 0.0 else 0.0
 
 
 def _on_spot(stick: Stick) -> bool:

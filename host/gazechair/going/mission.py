@@ -16,7 +16,7 @@ import numpy as np
 
 from gazechair.base.at_once import at_once
 from gazechair.base.footprint import FloatArray, Footprint
-from gazechair.going.ahead import poses_ahead
+from gazechair.going.ahead import Ahead, look_ahead
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Follower, Stick
@@ -25,7 +25,9 @@ from gazechair.going.people import speed_within
 from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
 from gazechair.going.refusals import Refusals
 from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
+from gazechair.going.rolls_into import rolled_into
 from gazechair.going.smooth import refused_s
+from gazechair.going.steering import NARROW_M
 from gazechair.going.stuck import Overruled, Stuck
 
 # States.
@@ -36,8 +38,6 @@ PERSON, OBSTACLE, POSE_LOST = "going_person", "going_obstacle", "going_pose_lost
 STANDS, LIMIT = "going_stands", "going_limit"
 
 _CHECK_S = 0.3
-_STRAIGHT_M = np.arange(0.0, 0.81, 0.1)
-_HIT_M = -0.04  # with less clearance ahead, by map and lidars, the path is blocked
 _GO_ROUND_S, _AGAIN_S = 3.0, 2.0
 _RETRY_S = 2.5
 _MAY_OPEN_S = 7.0  # no plan leads past an obstacle: approach it, and wait this long
@@ -46,7 +46,6 @@ _DETOUR_S = 20.0
 _BETTER_S = 3.0
 _SAME_WAY_RAD = math.radians(6.0)
 _NEARER = 2
-_BESIDE_M = 0.45
 _NEAR_PERSON_M = 2.6
 _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
 # Where the board gives no output. It may take furniture for a person until that stood for 10 s.
@@ -94,8 +93,7 @@ class Mission:
     """The plan is made for a better path than the present one to the same goal."""
     _refused: Refusals = field(default_factory=Refusals)
     _asked: Stick = STOP
-    _room_m: float = 0.0
-    _straight_m: float = math.inf
+    _ahead: Ahead = field(default_factory=Ahead)
     _free_m: float = math.inf
     _nearer: int = 0
     """Plans made because a path had ended too far from the goal."""
@@ -192,7 +190,7 @@ class Mission:
             return STOP
         self._look_ahead(pose, now_s)
         most_m_s = speed_within(self._free_m)
-        stick = self._follower.step(pose, most_m_s, self._room_m, self._straight_m)
+        stick = self._follower.step(pose, most_m_s, self._ahead.room_m, self._ahead.straight_m)
         if self._pending is not None or self._wants_plan:
             return STOP if self._follower.arrived or self._follower.lost_way else stick
         if self._follower.arrived:
@@ -248,12 +246,27 @@ class Mission:
         self._shut_since_s = None
         if not hit and self._waits_here_anyway(found, pose):
             return
+        if hurried or improves:
+            found = self._roll_into(found, pose)
+        else:
+            self._follower.take(found, pose)
         self.way, self._way_to = found, self.goal
-        self._follower.take(found, pose)
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
         if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
+
+    def _roll_into(self, found: Way, pose: Pose) -> Way:
+        """Follow the path from a chair that may roll, with a bend into it where that has room."""
+        self._checked_s = -math.inf  # whoever walks there was not in the path before
+        rolling = self._follower.rolling(pose)
+        if rolling is None:
+            self._follower.take(found, pose)
+            return found
+        found = rolled_into(self.costmap, found, rolling) or found
+        ahead = look_ahead(self.costmap, self._obstacles.people, self.footprint, found, 0, pose)
+        self._follower.take(found, pose, steers=ahead.room_m > NARROW_M)
+        return found
 
     def _is_better(self, found: Planned) -> bool:
         """Whether it is worth leaving the present path, which leads to the same goal, for it."""
@@ -308,19 +321,12 @@ class Mission:
             return
         self._checked_s = now_s
         self.costmap.refresh(now_s)
-        poses = poses_ahead(self.way, self._follower.leg, pose)
-        clear = self.costmap.clearance_m(poses[:, 0], poses[:, 1], poses[:, 2])
-        near = poses[:, 3] < _BESIDE_M + 0.3
-        self._room_m = float(clear[near].min()) if near.any() else 0.0
-        way_m = -_STRAIGHT_M if self._follower.backward else _STRAIGHT_M
-        onward = way_m[:, None] * (math.cos(pose[2]), math.sin(pose[2])) + pose[:2]
-        straight = self.costmap.clearance_m(onward[:, 0], onward[:, 1], pose[2])
-        self._straight_m = float(straight.min())
-        self._free_m = self._obstacles.people.free_m(poses[poses[:, 3] < 2.0], self.footprint)
-        hits = poses[1:, 3][clear[1:] < _HIT_M]
+        leg, people = self._follower.leg, self._obstacles.people
+        self._ahead = look_ahead(self.costmap, people, self.footprint, self.way, leg, pose)
+        self._free_m, hit_m = self._ahead.free_m, self._ahead.hit_m
         if self._shut_since_s is not None:
-            self._wait_before(float(hits.min(initial=math.inf)), pose)
-        if not len(hits):
+            self._wait_before(hit_m, pose)
+        if math.isinf(hit_m):
             self._hit_since_s = None
         elif self._hit_since_s is None:
             self._hit_since_s = now_s

@@ -21,7 +21,8 @@ _CALM_M, _CALM_RAD = 0.008, math.radians(0.4)
 _STEER_PER_S, _STEER_DEG_S, _STEER_NARROW_DEG_S = 0.9, 18.0, 8.0
 _TIGHT_M, _UNSTEERED_S = 0.06, 2.0  # the board refuses curves: drive straight, for this long
 _BEND_PER_S, _BEND_DEG_S = 1.2, 20.0
-_TURNS_DEG_S = 4.0
+TURNS_DEG_S = 4.0
+"""A slower turn is nearly over."""
 
 
 class Steering:
@@ -74,7 +75,7 @@ class Steering:
 
     def _permille(self, rate_deg_s: float) -> int:
         """0 against a turn that is not over: the board would have to permit both sides."""
-        if rate_deg_s * self._turn.speed < 0.0 and abs(self._turn.speed) > _TURNS_DEG_S:
+        if rate_deg_s * self._turn.speed < 0.0 and abs(self._turn.speed) > TURNS_DEG_S:
             return 0
         return self._numbers.turn_permille(rate_deg_s)
 

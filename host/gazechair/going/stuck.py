@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 
-from gazechair.going.follow import PERIOD_S, STOP, Stick
+from gazechair.going.follow import STOP, Stick
+from gazechair.going.pace import PERIOD_S
 from gazechair.going.smooth import Pose
 
 _MOVED_M, _MOVED_RAD = 0.04, math.radians(2.0)

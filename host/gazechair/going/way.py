@@ -26,6 +26,8 @@ class Way:
     """Estimated, for choosing between paths."""
     bends: tuple[Bend | None, ...] = ()
     """The bend at each vertex; None: a turn on the spot."""
+    began_rad: float | None = None
+    """Where a bend leads a rolling chair into a path: the heading at which that path began."""
 
     @property
     def is_easy(self) -> bool:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from gazechair.going.bends import RATE_RAD_S, Bend, bend_at
-from gazechair.going.follow import PERIOD_S, STOP, Follower, Stick
+from gazechair.going.follow import STOP, Follower, Stick
+from gazechair.going.pace import PERIOD_S
 from gazechair.going.plan import Planner, Way
 from gazechair.going.smooth import Refused
 from gazemeasure.obstacles.attack import KINDS, AttackedChair

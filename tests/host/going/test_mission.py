@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gazechair.base.footprint import Footprint, Margins
-from gazechair.going.follow import ACCELERATE_M_S2, PERIOD_S, STOP, Pose, Stick
+from gazechair.going.follow import STOP, Pose, Stick
 from gazechair.going.mission import (
     ARRIVED,
     BLOCKED,
@@ -23,6 +23,7 @@ from gazechair.going.mission import (
     Planned,
     at_once,
 )
+from gazechair.going.pace import ACCELERATE_M_S2, PERIOD_S
 from gazechair.going.people import People
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
 from goingrig import TWO_ROOMS, Box, GoingChair, Person, drive_among, floor
@@ -55,7 +56,7 @@ def test_backward_out_of_a_niche_the_room_behind_counts() -> None:
     while chair.asked.linear_permille >= 0:
         chair.step()
         assert chair.now_s < 4.0
-    assert chair.mission._straight_m > 0.05
+    assert chair.mission._ahead.straight_m > 0.05
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.follow import PERIOD_S
+from gazechair.going.pace import PERIOD_S
 from gazechair.going.spot_turn import SpotTurn
 from gazelink.settings_table import PROFILES, TABLE
 from gazemeasure.obstacles.attack import KINDS, AttackedChair

@@ -7,8 +7,9 @@ import math
 import pytest
 
 from gazeboard.core.limits import AUTO_OVERRULED_MS
-from gazechair.going.follow import PERIOD_S, STOP, Stick
+from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import ARRIVED, BLOCKED, LIMIT, STANDS
+from gazechair.going.pace import PERIOD_S
 from gazechair.going.stuck import Overruled, Stuck
 from goingrig import TWO_ROOMS, GoingChair, floor
 

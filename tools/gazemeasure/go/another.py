@@ -23,7 +23,7 @@ import numpy as np
 
 from gazechair.going.bends import RATE_RAD_S
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.follow import ACCELERATE_M_S2, JERK_M_S3
+from gazechair.going.pace import ACCELERATE_M_S2, JERK_M_S3
 from gazechair.going.plan import Pose, Way
 from gazelink.settings_table import PROFILES, TABLE
 from gazemeasure.go import missions, rows, scenes
@@ -146,11 +146,12 @@ class Another(Judge):
 
 
 def off_rad(way: Way, heading_rad: float) -> float:
-    """Angle, left positive, from the chair's heading to the path's first one."""
+    """Angle, left positive, from the chair's heading to the first one of the path as planned."""
     a, b = way.points_m[:2]
     first = math.atan2(b[1] - a[1], b[0] - a[0]) + (math.pi if way.backward else 0.0)
     if math.dist(a, b) < 0.03 and way.heading_rad is not None:
         first = way.heading_rad
+    first = first if way.began_rad is None else way.began_rad
     return math.remainder(first - heading_rad, 2.0 * math.pi)
 
 

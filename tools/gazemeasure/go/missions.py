@@ -26,11 +26,13 @@ from gazesim.home_routes import Router
 from gazesim.homes import GLASS, Home
 from gazesim.rooms import box
 
-TWO, ONE, FOREIGN, PEOPLE, DOORS = (
+TWO, ONE, FOREIGN, PEOPLE, DOORS, HOMES = (
     "two lidars", "one lidar", "foreign chairs", "people", "doors of 0.85-0.90 m",
+    "two lidars in 100 homes",
 )  # fmt: skip
-KINDS = {TWO: 200, ONE: 40, FOREIGN: 42, PEOPLE: 40, DOORS: 40}
+KINDS = {TWO: 200, ONE: 40, FOREIGN: 42, PEOPLE: 40, DOORS: 40, HOMES: 1000}
 MISSIONS_IN_A_HOME = 4
+_IN_A_HOME = {HOMES: 10}
 _TRIES = 150
 _AROUND_M = 0.10  # least gap all round for a turn on the spot where a mission begins or ends
 _FENCE_M = 3.0
@@ -71,9 +73,9 @@ def kept(row: dict[str, Any]) -> Result:
 def mission(job: Job) -> Result:
     """Drive one mission; returns its result."""
     seed = job.seed
-    home, grid = _door(seed) if job.kind == DOORS else _home(seed // MISSIONS_IN_A_HOME)
+    home, grid = _door(seed) if job.kind == DOORS else _home(_number(job))
     if job.kind == PEOPLE:
-        home.people = home_plans.home(seed // MISSIONS_IN_A_HOME).people
+        home.people = home_plans.home(_number(job)).people
     no_go = tuple(np.array(one.corners) for one in home.solids() if one.material == GLASS)
     chance = np.random.default_rng((seed, len(job.kind)))
     found = poses(home, grid, chance, 2, job.kind == DOORS)
@@ -106,6 +108,11 @@ def _result(job: Job, outcome: Outcome) -> Result:
         plan_s=outcome.plan_s,
         step_ms=percentile(outcome.step_ms, 0.95) if outcome.step_ms else 0.0,
     )
+
+
+def _number(job: Job) -> int:
+    """Number of the home that a mission is driven in."""
+    return job.seed // _IN_A_HOME.get(job.kind, MISSIONS_IN_A_HOME)
 
 
 @lru_cache(maxsize=2)

@@ -1,0 +1,115 @@
+"""Into another path without a stop: a bend from where the chair rolls to, where it has room."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gazechair.going.bends import CLEAR_M, Bend, Point, bend_at, has_room
+from gazechair.going.costmap import Costmap
+from gazechair.going.smooth import ALONG_M, Pose
+from gazechair.going.way import Way
+
+_LEAST_RAD, _MOST_RAD = math.radians(5.0), math.radians(60.0)
+_LEAST_RADIUS_M, _LEAST_TANGENT_M = 0.3, 0.05
+_STRAIGHT_AFTER_M = 0.3
+_VERTICES = 2  # of the path, to which a bend may lead
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """How a chair rolls that could be steered now."""
+
+    pose: Pose
+    """Now."""
+    begin: Pose
+    """Where it turns as requested now, after dead time, ramp and lag."""
+    speed_m_s: float
+    turns_deg_s: float
+    """How fast it still turns as requested before, left positive."""
+    rate_rad_s: float
+    """Highest turn rate of a bend."""
+
+
+def rolled_into(costmap: Costmap, way: Way, rolling: Rolling) -> Way | None:
+    """`way` with a bend into it in place of the turn before it; None: stop and turn.
+
+    The bend leads to the path's first vertex, or past a first leg that is too short to the next.
+    It must be as free as those of a plan, and the leg after it as free as the path.
+    """
+    if way.backward:
+        return None
+    for vertex in range(1, min(len(way.points_m), 1 + _VERTICES)):
+        found = _into(costmap, way, vertex, rolling)
+        if found is not None:
+            return found
+    return None
+
+
+def _into(costmap: Costmap, way: Way, vertex: int, rolling: Rolling) -> Way | None:
+    """The path from its `vertex` on, and a bend to it."""
+    end = _point(way, vertex)
+    bend = _bend(rolling, end)
+    if bend is None:
+        return None
+    x, y, heading = rolling.begin
+    corner = x + bend.tangent_m * math.cos(heading), y + bend.tangent_m * math.sin(heading)
+    after = way.bend(vertex)
+    left_m = math.dist(corner, end) - bend.tangent_m
+    left_m -= _STRAIGHT_AFTER_M if after is None else after.tangent_m
+    if left_m < 0.0 or not has_room(costmap, bend):
+        return None
+    if after is not None:
+        after = bend_at(costmap, corner, end, _point(way, vertex + 1), after.tangent_m)
+        if after is None:
+            return None
+    if not _is_free(costmap, rolling.pose, bend, corner, end, min(CLEAR_M, way.clearance_m)):
+        return None
+    points = np.array([rolling.pose[:2], corner, *way.points_m[vertex:]])
+    bends = (None, bend, after, *way.bends[vertex + 1 :])
+    first, second = way.points_m[:2]
+    began_rad = math.atan2(second[1] - first[1], second[0] - first[0])
+    return replace(way, points_m=points, bends=bends, began_rad=began_rad)
+
+
+def _bend(rolling: Rolling, end: Point) -> Bend | None:
+    """The bend towards `end`, as sharp as the chair's speed allows; None: too little or too much.
+
+    Its corner moves with its size, and the angle with the corner.
+    """
+    x, y, heading = rolling.begin
+    radius_m = max(_LEAST_RADIUS_M, rolling.speed_m_s / rolling.rate_rad_s)
+    tangent_m = 0.0
+    for _ in range(4):
+        corner = x + tangent_m * math.cos(heading), y + tangent_m * math.sin(heading)
+        angle = math.atan2(end[1] - corner[1], end[0] - corner[0]) - heading
+        angle = math.remainder(angle, 2.0 * math.pi)
+        if not _LEAST_RAD < abs(angle) < _MOST_RAD:
+            return None
+        tangent_m = max(_LEAST_TANGENT_M, radius_m * math.tan(0.5 * abs(angle)))
+    corner = x + tangent_m * math.cos(heading), y + tangent_m * math.sin(heading)
+    if rolling.turns_deg_s * angle < 0.0:
+        return None
+    return Bend.of((x, y), corner, end, tangent_m)
+
+
+def _is_free(
+    costmap: Costmap, pose: Pose, bend: Bend, corner: Point, end: Point, least_m: float
+) -> bool:
+    """Whether `least_m` is clear before and after the bend, and nobody may stand after it."""
+    heading = math.atan2(end[1] - corner[1], end[0] - corner[0])
+    share = bend.tangent_m / math.dist(corner, end)
+    leaves = corner[0] + share * (end[0] - corner[0]), corner[1] + share * (end[1] - corner[1])
+    for a, b, rad in ((pose[:2], bend.begin_m, pose[2]), (leaves, end, heading)):
+        count = max(2, int(math.dist(a, b) / ALONG_M) + 1)
+        at = np.linspace(a, b, count)
+        if float(costmap.clearance_m(at[:, 0], at[:, 1], rad).min()) < least_m:
+            return False
+    return costmap.ahead.leg_s(costmap.standing_m, np.array(leaves), np.array(end), False) == 0.0
+
+
+def _point(way: Way, vertex: int) -> Point:
+    x, y = way.points_m[vertex]
+    return float(x), float(y)
