@@ -28,7 +28,8 @@ _FEWEST, _LONG_M, _ROUGH_M = 20, 1.2, 0.02
 _SAME_RAD = math.radians(25.0)  # walls that differ by more are different ones
 _SAME_M = 0.05  # from its line, measured by the lidar that is not turned
 _SHARE, _COUNTS = 0.3, 3  # of the newest comparison in the average; so many tell something
-_SCATTER_SHARE = 0.1  # of the newest in the scatter: a rough room is remembered longer
+# Of the newest in the scatter: a rough room is remembered longer; so many deviations count.
+_SCATTER_SHARE, _SCATTERS = 0.1, 1.5
 _APART_RAD = math.radians(1.5)  # more than what may be left between two of an accurate mounting
 _MATCHED, _FITS = 0.4, 3  # share of a piece's points; pieces
 _BESIDE = 0.7  # the cosine: a wall that the chair drives along
@@ -96,9 +97,8 @@ class _Pair:
 
     count: int = 0
     apart_rad: float = 0.0
-    newest_rad: float = 0.0
     variance_rad2: float = 0.0
-    """Of single comparisons, by how each differs from the one before."""
+    """Of single comparisons, about the average before each."""
     differs_m: FloatArray = field(default_factory=lambda: np.zeros(2))
     """By lidar; see _Wall.differs_m."""
     at_m: FloatArray | None = None
@@ -125,7 +125,11 @@ class _Pair:
     @property
     def is_apart(self) -> bool:
         beyond_rad = abs(self.apart_rad) - _APART_RAD
-        return self.is_compared and not self.is_bend and beyond_rad > math.sqrt(self.variance_rad2)
+        return (
+            self.is_compared
+            and not self.is_bend
+            and beyond_rad > _SCATTERS * math.sqrt(self.variance_rad2)
+        )
 
     @property
     def is_sure(self) -> bool:
@@ -145,10 +149,11 @@ class _Pair:
             return
         share = max(_SHARE, 1.0 / (self.count + 1))
         if self.count:
-            variance_rad2 = 0.5 * (apart_rad - self.newest_rad) ** 2
             of_newest = max(_SCATTER_SHARE, 1.0 / self.count)
-            self.variance_rad2 += of_newest * (variance_rad2 - self.variance_rad2)
-        self.count, self.newest_rad, self.at_m = self.count + 1, apart_rad, pose[:2]
+            self.variance_rad2 += of_newest * (
+                (apart_rad - self.apart_rad) ** 2 - self.variance_rad2
+            )
+        self.count, self.at_m = self.count + 1, pose[:2]
         self.apart_rad += share * (apart_rad - self.apart_rad)
         self.differs_m += share * (differs_m - self.differs_m)
         hardly = abs(apart_rad) < 0.5 * _APART_RAD
