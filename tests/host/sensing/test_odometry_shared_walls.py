@@ -92,6 +92,33 @@ def test_what_fits_turned_back_is_turned_and_what_does_not_is_a_bend() -> None:
     assert not few.compared.sure
 
 
+def in_a_rough_room(turned_deg: float, seed: int) -> list[bool]:
+    """Whether the first lidar seemed turned, for each half turn of 5 m along rough walls.
+
+    Each comparison shows the walls, as that lidar sees them, 3 degrees (standard deviation) off.
+    """
+    walls, rough, named = SharedWalls(), np.random.default_rng(seed).normal(0.0, 3.0, 60), []
+    for step in range(200):
+        x_m = STEP_M * max(0, step - 40)
+        for lidar, deg in enumerate((turned_deg + float(rough[int(step * HALF_S / 0.5)]), 0.0)):
+            points = seen(x_m, 99.0, 0.0, lidar == 0, deg)
+            normal = math.sin(math.radians(deg)), -math.cos(math.radians(deg))
+            times = HALF_S * (step + np.array((0.0, 1.0)))
+            piece = Piece(times, times, times, (AT_M[lidar], 0.0), 800, lidar)
+            walls.take(piece, points, np.tile(normal, (len(points), 1)), np.array((x_m, 0.0, 0.0)))
+        named.append(walls.compared.turned == 0)
+    return named
+
+
+def test_rough_walls_show_no_turned_lidar_but_one_that_is_turned_by_more_than_they_scatter() -> (
+    None
+):
+    right = [in_a_rough_room(0.0, seed) for seed in range(12)]
+    turned = [in_a_rough_room(12.0, seed) for seed in range(12)]
+    assert np.mean(right) < 0.25  # 0.55 if the scatter did not count
+    assert np.mean([each[100:] for each in turned]) > 0.9
+
+
 def test_far_away_from_what_was_compared_nothing_is_known() -> None:
     walls = driven(0.0, (5.0, 0.0))
     times = np.array((9.0, 9.05))

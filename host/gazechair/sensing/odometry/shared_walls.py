@@ -2,7 +2,8 @@
 
 The angle between them shows while the chair stands, too, and in a bare corridor. The lines that
 they see meet where the turned one is. In a wall that has a bend they meet at the bend, which stays
-behind when the chair drives on.
+behind when the chair drives on. Rough walls, as a robot's map has them, show each lidar another
+direction in each comparison: there only what exceeds that scatter counts.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ _FEWEST, _LONG_M, _ROUGH_M = 20, 1.2, 0.02
 _SAME_RAD = math.radians(25.0)  # walls that differ by more are different ones
 _SAME_M = 0.05  # from its line, measured by the lidar that is not turned
 _SHARE, _COUNTS = 0.3, 3  # of the newest comparison in the average; so many tell something
+# Of the newest in the scatter: a rough room is remembered longer; so many deviations count.
+_SCATTER_SHARE, _SCATTERS = 0.1, 1.5
 _APART_RAD = math.radians(1.5)  # more than what may be left between two of an accurate mounting
 _MATCHED, _FITS = 0.4, 3  # share of a piece's points; pieces
 _BESIDE = 0.7  # the cosine: a wall that the chair drives along
@@ -94,6 +97,8 @@ class _Pair:
 
     count: int = 0
     apart_rad: float = 0.0
+    variance_rad2: float = 0.0
+    """Of single comparisons, about the average before each."""
     differs_m: FloatArray = field(default_factory=lambda: np.zeros(2))
     """By lidar; see _Wall.differs_m."""
     at_m: FloatArray | None = None
@@ -114,8 +119,17 @@ class _Pair:
         return self.count >= _COUNTS
 
     @property
+    def agrees(self) -> bool:
+        return self.is_compared and (self.is_bend or abs(self.apart_rad) <= _APART_RAD)
+
+    @property
     def is_apart(self) -> bool:
-        return self.is_compared and abs(self.apart_rad) > _APART_RAD and not self.is_bend
+        beyond_rad = abs(self.apart_rad) - _APART_RAD
+        return (
+            self.is_compared
+            and not self.is_bend
+            and beyond_rad > _SCATTERS * math.sqrt(self.variance_rad2)
+        )
 
     @property
     def is_sure(self) -> bool:
@@ -134,6 +148,11 @@ class _Pair:
         if abs(apart_rad) > _SAME_RAD or differs_m.min() > _SAME_M:
             return
         share = max(_SHARE, 1.0 / (self.count + 1))
+        if self.count:
+            of_newest = max(_SCATTER_SHARE, 1.0 / self.count)
+            self.variance_rad2 += of_newest * (
+                (apart_rad - self.apart_rad) ** 2 - self.variance_rad2
+            )
         self.count, self.at_m = self.count + 1, pose[:2]
         self.apart_rad += share * (apart_rad - self.apart_rad)
         self.differs_m += share * (differs_m - self.differs_m)
@@ -173,7 +192,7 @@ class SharedWalls:
         pairs = [one for one in self._pairs.items() if one[1].is_compared]
         apart = [one for one in pairs if one[1].is_apart]
         if not apart:
-            return Compared(agree=bool(pairs))
+            return Compared(agree=bool(pairs) and all(one.agrees for _, one in pairs))
         lidars, pair = max(apart, key=lambda one: abs(one[1].apart_rad))
         which = int(np.argmin(pair.differs_m))
         by_rad = pair.apart_rad if which else -pair.apart_rad
