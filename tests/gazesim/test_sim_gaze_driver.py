@@ -111,3 +111,12 @@ def test_after_a_turn_that_the_chair_ended_they_go_past_what_stopped_it(helped):
     assert set(drive(driver, on, 0.9, 3.3)) == {"forward"}
     gone = replace(AHEAD, x_m=1.5, y_m=-2.0)  # 43 degrees, and far enough past it
     assert "left" in drive(driver, gone, 3.0, 4.2)
+
+
+@pytest.mark.parametrize("looked_ticks", range(1, 30))
+def test_who_rolls_to_the_goal_while_they_look_at_a_turn_presses_nothing(looked_ticks):
+    driver = GazeDriver(1, ((0.0, 5.0),), helped=False)
+    drive(driver, AHEAD, looked_ticks * TICK_S)
+    there = replace(AHEAD, y_m=5.0)
+    assert drive(driver, there, 1.0, looked_ticks * TICK_S)[-1] is None
+    assert driver.arrived

@@ -208,7 +208,7 @@ class GazeDriver:
                 self._wrong_till_s = now_s + delay_s + self._looks.uniform(*_WRONG_S)
             self._next = now_s + delay_s, wanted
         if self._next is not None and now_s >= self._next[0]:
-            target = self._next[1]
+            target = None if self.arrived else self._next[1]  # it may have rolled there meanwhile
             self._next = None
             if target != self._target:
                 self._target, self._fixed_s = target, now_s
