@@ -2,6 +2,7 @@
 
 import json
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 import gazesetup
 from gazeboard.boards.bank_devices import BankI2C
 from gazelink import frame, messages
+from gazesim import __main__ as gazesim_command
 from gazesim.bank import Bank
 from gazesim.simulator import RIG_FAULTS, Simulator
 from gazesim.world import World
@@ -38,6 +40,9 @@ class Running:
 
     def __init__(self, folder, *arguments):
         self.process = start(folder, *arguments)
+        if not select.select([self.process.stdout], [], [], GENEROUS_S)[0]:
+            self.process.kill()
+            pytest.fail(f"the simulator is not ready after {GENEROUS_S:g} s")
         line = self.process.stdout.readline()
         assert line, self.process.stderr.read()
         self.ready = json.loads(line)
@@ -273,3 +278,23 @@ def test_a_board_that_can_not_be_run_is_refused_in_one_line(tmp_path):
     assert process.returncode == 2
     assert err.count("\n") == 1
     assert "the board does not start" in err
+
+
+def test_a_port_that_can_not_be_made_is_refused_in_one_line(tmp_path, monkeypatch, capsys):
+    def exhausted():
+        raise OSError("out of pty devices")
+
+    monkeypatch.setattr(os, "openpty", exhausted)
+    monkeypatch.setattr(sys, "argv", ["gazesim", "--dir", str(tmp_path)])
+    switch_s = sys.getswitchinterval()
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        code = gazesim_command.main()
+    finally:
+        sys.setswitchinterval(switch_s)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    assert code == 2
+    _, err = capsys.readouterr()
+    assert err.count("\n") == 1
+    assert f"no pseudo-terminal for {tmp_path}" in err

@@ -61,7 +61,7 @@ def _run(simulator: Simulator) -> int:
     try:
         simulator.start()
     except OSError as error:
-        print(f"gazesim: the board does not start: {error}", file=sys.stderr)
+        print(f"gazesim: {error}", file=sys.stderr)
         return 2
     give_up_s = time.monotonic() + _READY_S
     while not simulator.stopping and not simulator.bank.tick_ms:

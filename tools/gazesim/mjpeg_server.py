@@ -45,13 +45,15 @@ class MjpegServer:
             thread.start()
 
     def stop(self) -> None:
-        """End its threads, its readers included."""
+        """End its threads, its readers included; also when it was never started."""
         self._stopping = True
         with self._changed:
             self._changed.notify_all()
-        self._server.shutdown()
+        running = [thread for thread in self._threads if thread.is_alive()]
+        if running:
+            self._server.shutdown()  # without its thread this would wait for ever
         self._server.server_close()
-        for thread in self._threads:
+        for thread in running:
             thread.join(timeout=5.0)
 
     @property

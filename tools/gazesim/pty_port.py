@@ -33,10 +33,17 @@ class PtyPort:
         return self._master
 
     def plug(self) -> None:
-        """Let the port appear; nothing happens when it is there already."""
+        """Let the port appear; nothing happens when it is there already.
+
+        Raises OSError when the system provides no pseudo-terminal.
+        """
         if self.plugged:
             return
-        master, slave = os.openpty()
+        try:
+            master, slave = os.openpty()
+        except OSError as error:
+            why = f"no pseudo-terminal for {self.path}: {error}; is /dev/pts mounted?"
+            raise OSError(why) from error
         try:
             tty.setraw(slave)
             os.set_blocking(master, False)

@@ -82,12 +82,18 @@ class Simulator:
         return emulated
 
     def start(self) -> None:
-        """Start everything. Raises OSError when the board's interpreter cannot be run."""
+        """Start everything.
+
+        Raises OSError when the board's interpreter cannot be run or a port cannot be made.
+        """
         for port in self.lidar_ports:
             port.plug()
         self.cable.start()
         self.camera.start()
-        self.board.start()
+        try:
+            self.board.start()
+        except OSError as error:
+            raise OSError(f"the board does not start: {error}") from error
 
     def stop(self) -> None:
         """End everything that was started."""
