@@ -15,14 +15,11 @@ import math
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.angles import in_turn_if_near
 from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.clearance.degrees import BIN_RAD, BINS, bins_of
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 
-_BINS = 360
-_DEG = 2.0 * math.pi / _BINS
 _BACK_S = (0.15, 0.20, 0.35)  # least, preferred, most time between the two views
 _EVERY_S = 0.045  # two quarter turns
 _FAR_M = 15.0
@@ -37,9 +34,9 @@ _SETTLED_M, _SETTLED_RAD = 5e-4, 2e-4  # less than 1 % of what reveals a walker
 _LEAST_M_S = 0.3
 _MOST_M_S = 1.6
 _PLACES = np.linspace(0.0, 1.0, 9)[1:]  # along the walker's path
-_THETA = (np.arange(_BINS) + 0.5) * _DEG
+_THETA = (np.arange(BINS) + 0.5) * BIN_RAD
 _COS, _SIN = np.cos(_THETA), np.sin(_THETA)
-_AFTER, _AHEAD = np.roll(np.arange(_BINS), -1), np.roll(np.arange(_BINS), 1)
+_AFTER, _AHEAD = np.roll(np.arange(BINS), -1), np.roll(np.arange(BINS), 1)
 _TURNING_DEG_S = 15.0  # in faster turns two views have too little in common
 
 
@@ -52,7 +49,7 @@ class Movers:
         self._across, self._along = y * _COS - x * _SIN, y * _SIN + x * _COS
         # Points here are two rows, x and y: numpy is slow with many rows of two.
         self._views: deque[tuple[float, FloatArray]] = deque(maxlen=16)
-        self._coming = np.zeros(_BINS)
+        self._coming = np.zeros(BINS)
         self.zone: StopZone = UNKNOWN
         self.speed_m_s = 0.0
         """The chair's own forward speed and turn rate, as far as the views show them."""
@@ -75,13 +72,13 @@ class Movers:
         newest_s = self._views[-1][0] if self._views else at_s
         self._views.append((at_s, points_m))
         if before is None:
-            return np.zeros(_BINS)
+            return np.zeros(BINS)
         elapsed_s = at_s - before[0]
         now = self._ranges(points_m)
         gap, slant = self._align(before[1], now, elapsed_s)
         self.turned_deg += self.rate_deg_s * (at_s - newest_s)
         if abs(self.rate_deg_s) > _TURNING_DEG_S:
-            return np.zeros(_BINS)
+            return np.zeros(BINS)
         nearer = -gap / slant / elapsed_s
         coming = _wide((nearer > _LEAST_M_S) & (now < _MOVER_FAR_M))
         return np.where(coming, np.minimum(nearer, _MOST_M_S), 0.0)
@@ -96,8 +93,8 @@ class Movers:
     def _ranges(self, points_m: FloatArray) -> FloatArray:
         """The nearest range in each degree about the lidar; inf for none."""
         x, y = points_m - self._origin
-        squared = np.full(_BINS, np.inf)
-        np.minimum.at(squared, _bins(x, y), x * x + y * y)
+        squared = np.full(BINS, np.inf)
+        np.minimum.at(squared, bins_of(np.arctan2(y, x)), x * x + y * y)
         nearest: FloatArray = np.sqrt(squared)  # one root a degree
         return nearest
 
@@ -109,7 +106,7 @@ class Movers:
         c, s = _COS, _SIN
         across = now.take(_AFTER) - now.take(_AHEAD)
         smooth = (np.abs(across) < _EDGE_M) & (now < _FAR_M)
-        slope = np.where(smooth, across / (2.0 * _DEG), 0.0)
+        slope = np.where(smooth, across / (2.0 * BIN_RAD), 0.0)
         ratio = np.where(smooth, slope / np.where(smooth, now, 1.0), 0.0)
         slant = np.sqrt(1.0 + ratio**2)
         # How the range in a fixed direction changes with the chair's travel and turn.
@@ -117,7 +114,7 @@ class Movers:
         of_turn = (self._across + ratio * self._along + slope) / slant
         changes = np.array((of_way, of_turn))
         way_m, turn = self.speed_m_s * elapsed_s, math.radians(self.rate_deg_s) * elapsed_s
-        gap = np.zeros(_BINS)
+        gap = np.zeros(BINS)
         for _ in range(_PASSES):
             raw = now - self._ranges(_moved(before, way_m, turn))
             known = smooth & (np.abs(raw) < _STEP_M)
@@ -138,7 +135,7 @@ class Movers:
 
     def _ahead(self, points_m: FloatArray) -> FloatArray:
         offset = points_m - self._origin
-        speed = self._coming.take(_bins(*offset))
+        speed = self._coming.take(bins_of(np.arctan2(offset[1], offset[0])))
         chosen = (speed > 0.0).nonzero()[0]
         offset, speed = offset.take(chosen, axis=1).T, speed.take(chosen)
         ranges = np.hypot(offset[:, 0], offset[:, 1])
@@ -146,11 +143,6 @@ class Movers:
         left = np.maximum(1.0 - speed[:, None] * stop_s * _PLACES / ranges[:, None], 0.0)
         found = offset[:, None, :] * left[:, :, None] + self._origin[:, 0]
         return np.ascontiguousarray(found).reshape(-1, 2)
-
-
-def _bins(x: FloatArray, y: FloatArray) -> NDArray[np.int64]:
-    bearings = in_turn_if_near(np.arctan2(y, x), 2.0 * math.pi)
-    return np.minimum((bearings / _DEG).astype(np.int64), _BINS - 1)
 
 
 def _moved(points: FloatArray, way_m: float, turn: float) -> FloatArray:

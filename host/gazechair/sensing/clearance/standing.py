@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray
-from gazechair.sensing.clearance.stood import AWAY_DEG, HIDDEN_S, SAME_M
+from gazechair.sensing.clearance.stood import AWAY_DEG, HIDDEN_S, LEAST_BEAMS, SAME_M
 from gazechair.sensing.clearance.surface import Surfaces
 from gazechair.sensing.clearance.zone import Stopping
 from gazelink import zone
@@ -30,7 +30,6 @@ APART_M = 0.06
 _APART_SIGMA = 4.0  # and by more than this many times the noise of a beam
 _APART_RAD = 0.03
 _WIDE_M = (0.08, 0.9)  # from a leg in trousers to somebody broad, seen askew
-_LEAST_BEAMS = 3
 
 AGAIN_M = 0.11
 """The board's band before it goes on (BAND_MM) plus the play of a clearance (evaluate)."""
@@ -79,7 +78,7 @@ def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray
     `where`: (N,), only objects with a point for which it is True; None: all.
     """
     points_m = seen.points_m
-    if len(points_m) < _LEAST_BEAMS:
+    if len(points_m) < LEAST_BEAMS:
         return []
     # From each beam to the next, round the circle: an object may be straight behind the lidar.
     ranges_m = seen.ranges_m
@@ -93,7 +92,7 @@ def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray
     x, y = points_m.T.take(ends, axis=1) - points_m.T.take(firsts, axis=1)
     wide_m = np.hypot(x, y)
     wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
-    wide &= ends - firsts + 1 >= _LEAST_BEAMS
+    wide &= ends - firsts + 1 >= LEAST_BEAMS
     if where is not None:
         counted = where.nonzero()[0]  # twice: the first object may begin before the first point
         counted = np.concatenate((counted - len(points_m), counted))

@@ -7,13 +7,11 @@ degree about it.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.angles import in_turn_if_near
 from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.clearance.degrees import BINS, bins_of
 from gazechair.sensing.clearance.surface import Surfaces
 
 CALM_S = 10.0
@@ -24,8 +22,8 @@ SAME_M = 0.05
 """What is nearer or farther away by more has moved."""
 AWAY_DEG = 10.0
 """After a turn by more than this it counts as another."""
-_BINS = 360
-_LEAST_BEAMS = 3  # fewer are no object
+LEAST_BEAMS = 3
+"""Fewer are no object."""
 
 
 class Stood:
@@ -33,7 +31,7 @@ class Stood:
 
     def __init__(self) -> None:
         self._ranges_m: FloatArray | None = None  # per degree; inf: nothing; None: not standing
-        self._since_s = self._seen_s = np.zeros(_BINS)
+        self._since_s = self._seen_s = np.zeros(BINS)
         self._since_deg = 0.0
 
     def restart(self) -> None:
@@ -52,14 +50,14 @@ class Stood:
             self.restart()
         if self._ranges_m is None and not things:
             return []
-        bins = _bins(seen.bearings_rad)
-        nearest_m = np.full(_BINS, np.inf)
+        bins = bins_of(seen.bearings_rad)
+        nearest_m = np.full(BINS, np.inf)
         np.minimum.at(nearest_m, bins, seen.ranges_m)
         if self._ranges_m is None:
             self._ranges_m, self._since_deg = nearest_m, turned_deg
-            self._since_s, self._seen_s = np.full(_BINS, at_s), np.full(_BINS, at_s)
+            self._since_s, self._seen_s = np.full(BINS, at_s), np.full(BINS, at_s)
         late = self._compare(bins, seen.ranges_m, nearest_m, at_s)
-        return [bool(np.count_nonzero(late[thing]) < _LEAST_BEAMS) for thing in things]
+        return [bool(np.count_nonzero(late[thing]) < LEAST_BEAMS) for thing in things]
 
     def _compare(
         self, bins: NDArray[np.int64], ranges_m: FloatArray, nearest_m: FloatArray, at_s: float
@@ -70,7 +68,7 @@ class Stood:
         still = np.isinf(kept_m)
         late = np.ones(len(bins), dtype=np.bool_)
         for beside in (-1, 0, 1):  # on a slant surface the beams seldom meet the same place
-            there = (bins + beside) % _BINS
+            there = (bins + beside) % BINS
             same = np.abs(kept_m.take(there) - ranges_m) <= SAME_M
             still[there[same]] = True
             late &= ~same
@@ -79,8 +77,3 @@ class Stood:
         kept_m[moved] = nearest_m[moved]
         self._since_s[moved] = self._seen_s[moved] = at_s
         return np.asarray(late | (at_s - self._since_s.take(bins) < CALM_S))
-
-
-def _bins(bearings_rad: FloatArray) -> NDArray[np.int64]:
-    turn = in_turn_if_near(bearings_rad, 2.0 * math.pi)
-    return np.minimum((turn * (_BINS / (2.0 * math.pi))).astype(np.int64), _BINS - 1)

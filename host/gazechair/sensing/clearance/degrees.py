@@ -1,0 +1,20 @@
+"""The 360 directions about a lidar in which views are compared: a bin for each degree."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.angles import in_turn_if_near
+from gazechair.base.footprint import FloatArray
+
+BINS = 360
+BIN_RAD = 2.0 * math.pi / BINS
+
+
+def bins_of(bearings_rad: FloatArray) -> NDArray[np.int64]:
+    """The bin of each bearing, -2 pi <= bearing < 2 pi; bin 0 is straight ahead, bin 1 left of it."""
+    turn = in_turn_if_near(bearings_rad, 2.0 * math.pi)
+    return np.minimum((turn / BIN_RAD).astype(np.int64), BINS - 1)
