@@ -15,6 +15,6 @@ BIN_RAD = 2.0 * math.pi / BINS
 
 
 def bins_of(bearings_rad: FloatArray) -> NDArray[np.int64]:
-    """The bin of each bearing, -2 pi <= bearing < 2 pi; bin 0 is straight ahead, bin 1 left of it."""
+    """The bin of each bearing, -2 pi <= bearing < 2 pi. Bin 0 begins ahead, to the left."""
     turn = in_turn_if_near(bearings_rad, 2.0 * math.pi)
     return np.minimum((turn / BIN_RAD).astype(np.int64), BINS - 1)
