@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import pty
 import random
 import statistics
 import tempfile
 import threading
 import time
-import tty
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +19,7 @@ from gazechair.base.health import OK, Health
 from gazechair.board.board_commands import Clearance, Command
 from gazechair.board.link import BoardLink
 from gazelink import codes
+from gazemeasure.far_end import far_end
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
 from gazesim.simulator import Simulator
@@ -159,9 +158,9 @@ def _round_trips(world: _World, probe: StallProbe, n: int, report: Report) -> No
     ours: list[float] = []
     bare: list[float] = []
     dropped = 0
-    with _echo() as echo:
+    with far_end(os.write) as near:
         for _ in range(n):
-            for samples, once in ((ours, world.link.ping), (bare, echo)):
+            for samples, once in ((ours, world.link.ping), (bare, partial(_echoed, near))):
                 start_s = time.monotonic()
                 took_s: float | None = once()
                 if took_s is None or probe.stalled(start_s, time.monotonic()):
@@ -177,35 +176,14 @@ def _round_trips(world: _World, probe: StallProbe, n: int, report: Report) -> No
     report.add("samples kept", 100 * (1 - dropped / (2 * n)), "%", 50, at_least=True)
 
 
-@contextlib.contextmanager
-def _echo() -> Iterator[Callable[[], float | None]]:
-    """A pseudo terminal whose far end echoes every byte: measures the system's own delay."""
-    near, far = pty.openpty()
-    tty.setraw(near)
-    tty.setraw(far)
-
-    def serve() -> None:
-        with contextlib.suppress(OSError):
-            while data := os.read(far, 256):
-                os.write(far, data)
-
-    thread = threading.Thread(target=serve, name="echo", daemon=True)
-    thread.start()
-
-    def once() -> float:
-        start_s = time.monotonic()
-        os.write(near, b"\x55" * _FRAME)
-        got = 0
-        while got < _FRAME:
-            got += len(os.read(near, _FRAME - got))
-        return time.monotonic() - start_s
-
-    try:
-        yield once
-    finally:
-        os.close(near)
-        thread.join(2.0)
-        os.close(far)
+def _echoed(near: int) -> float:
+    """Time until a frame comes back from the far end."""
+    start_s = time.monotonic()
+    os.write(near, b"\x55" * _FRAME)
+    got = 0
+    while got < _FRAME:
+        got += len(os.read(near, _FRAME - got))
+    return time.monotonic() - start_s
 
 
 # -- re-plugs --------------------------------------------------------------------------------------

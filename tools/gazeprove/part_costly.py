@@ -9,8 +9,6 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-import signal
-import subprocess
 import sys
 import tempfile
 from importlib import metadata
@@ -18,8 +16,8 @@ from pathlib import Path
 
 from gazeprove import promise_notes
 from gazeprove.pools import Note, Part
+from gazeprove.programs import finish
 from gazesetup import ROOT, ensure_micropython, source_environment
-from gazesetup.family import dies_with_me
 
 NAME = "costly"  # the part and the tests' mark
 _MARKS = f"{NAME} and not (recorded or long)"
@@ -28,7 +26,6 @@ _TESTS = ROOT / "tests"
 _ROOTS = ("firmware", "protocol", "host", "tools", "tests", "web", "web/strings")
 _NOT = ("tests/web", "tools/gazesetup")
 _SUFFIXES = (".py", ".json", ".toml", ".txt")
-_LIMIT_S = 1800
 _SHOWN_LINES = 40
 
 
@@ -40,16 +37,8 @@ def costly(quick: bool, note: Note) -> Part:
         env["PYTHONPATH"] += os.pathsep + str(_TESTS)
         env["GAZECHAIR_MICROPYTHON"] = str(ensure_micropython().path)
         words = ["-q", "-p", "promises", "--dist", "loadgroup", "-n", str(os.cpu_count() or 1)]
-        done = subprocess.run(
-            [sys.executable, "-m", "pytest", *words, "-m", _MARKS, *map(str, sorted(marked))],
-            cwd=ROOT,
-            env=env,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=_LIMIT_S,
-            preexec_fn=dies_with_me(signal.SIGTERM),
-        )
+        selected = ["-m", _MARKS, *map(str, sorted(marked))]
+        done = finish([sys.executable, "-m", "pytest", *words, *selected], ROOT, env)
         notes = promise_notes.worst(promise_notes.read(Path(folder)))
     passed = re.search(r"(\d+) passed", done.stdout)
     figures = {"tests": int(passed[1]) if passed else 0, "notes": notes}

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import signal
-import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +11,7 @@ from pathlib import Path
 
 from gazeprove import promise_notes
 from gazeprove.pools import Note, Part
+from gazeprove.programs import finish
 from gazesetup import (
     ROOT,
     NotAvailable,
@@ -22,7 +21,6 @@ from gazesetup import (
     ensure_wasm,
     source_environment,
 )
-from gazesetup.family import dies_with_me
 
 _TESTS = ROOT / "tests"
 _FLASHED = _TESTS / "host" / "service" / "test_flash_calls.py"
@@ -30,7 +28,6 @@ _WASM = _TESTS / "tools" / "test_on_wasm.py"
 _EMULATED = _TESTS / "board"
 _FIRMWARE = _TESTS / "firmware"
 _ON_PYPY = _TESTS / "onpypy.py"
-_LIMIT_S = 1800
 
 
 def as_flashed(quick: bool, note: Note) -> Part:
@@ -64,7 +61,7 @@ def promises(quick: bool, note: Note) -> Part:
         env["PYTHONPATH"] += os.pathsep + str(_TESTS)
         commands = _measure(note)
         with ThreadPoolExecutor() as pool:
-            done = list(pool.map(lambda words: _finish(words, env), commands))
+            done = list(pool.map(lambda words: finish(words, ROOT, env), commands))
         notes = promise_notes.worst(promise_notes.read(Path(folder)))
     short = [line for one in done if one.returncode for line in one.stdout.splitlines()[-30:]]
     return {"tests": len({one["test"] for one in notes}), "notes": notes}, short
@@ -106,22 +103,9 @@ def _run(
 ) -> Part:
     processes = str(os.cpu_count() or 1)
     words = [sys.executable, "-m", "pytest", "-q", "-n", processes, "-m", marks, str(tests)]
-    done = _finish(words, {**source_environment(), **also})
+    done = finish(words, ROOT, {**source_environment(), **also})
     passed = re.search(r"^(?:.* )?(\d+) passed", done.stdout, re.MULTILINE)
     figures = {"tests": int(passed[1]) if passed else 0}
     if done.returncode or not passed or "skipped" in done.stdout:
         return figures, done.stdout.splitlines()[-30:]
     return figures, []
-
-
-def _finish(words: list[str], env: dict[str, str]) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        words,
-        cwd=ROOT,
-        env=env,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=_LIMIT_S,
-        preexec_fn=dies_with_me(signal.SIGTERM),
-    )

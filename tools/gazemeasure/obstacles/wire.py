@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
-import pty
 import tempfile
-import threading
 import time
-import tty
-from collections.abc import Iterator
 from pathlib import Path
 
 from gazechair.base.health import Health
@@ -18,6 +13,7 @@ from gazechair.board.board_commands import Clearance
 from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar import LidarService
 from gazelink import frame, messages
+from gazemeasure.far_end import far_end
 from gazemeasure.lidar.emulator import MASK, started
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
@@ -48,7 +44,7 @@ def _measure(seconds: float) -> tuple[list[float], int]:
     with (
         tempfile.TemporaryDirectory(prefix="gazechair-") as folder,
         StallProbe() as probe,
-        _line() as line,
+        far_end(lambda far, data: None) as line,
     ):
         path = str(Path(folder) / "lidar")
         emulator = started(path)
@@ -82,25 +78,3 @@ def _measure(seconds: float) -> tuple[list[float], int]:
         pairs = [(end, at) for end, at in pairs if at >= end]
         good = [pair for pair in pairs if not probe.stalled(*pair)]
     return [(at - end) * 1000.0 for end, at in good], len(pairs) - len(good)
-
-
-@contextlib.contextmanager
-def _line() -> Iterator[int]:
-    """A pseudo terminal whose far end reads everything away."""
-    near, far = pty.openpty()
-    tty.setraw(near)
-    tty.setraw(far)
-
-    def serve() -> None:
-        with contextlib.suppress(OSError):
-            while os.read(far, 256):
-                pass
-
-    thread = threading.Thread(target=serve, name="line", daemon=True)
-    thread.start()
-    try:
-        yield near
-    finally:
-        os.close(near)
-        thread.join(2.0)
-        os.close(far)
