@@ -259,7 +259,7 @@ class Guide:
         except UserError as error:
             let_go = isinstance(error, StoppedError)
             ended |= {"ok": False, "reason": "first_let_go" if let_go else "first_failed"}
-            ended |= {"detail": str(error), "told": error.key, "fields": error.fields}
+            ended |= {"detail": str(error), "error": error.key, "fields": error.fields}
         except Exception as error:
             log.exception("the first drive's step %s", step)
             ended |= {"ok": False, "reason": "first_failed", "detail": repr(error)}
