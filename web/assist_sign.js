@@ -22,11 +22,11 @@ async function fetchWords(language) {
 }
 
 /** The host's [it sees enough to help, it steers, it waits]; null: off for this driver. */
-export function show(told, { language }) {
-  sign.hidden = !told;
-  if (!told) return;
+export function show(news, { language }) {
+  sign.hidden = !news;
+  if (!news) return;
   if (!labels) fetchWords(language);
-  const [works, steers, waits] = told;
+  const [works, steers, waits] = news;
   sign.dataset.acts = works && (steers || waits);
   const does = waits ? "assist_waits" : steers ? "assist_steers" : "assist_on";
   const key = works ? does : "assist_blind";

@@ -41,7 +41,7 @@ class CareGoing {
     this.#box.classList.toggle("shown", Boolean(going));
     this.#pause.classList.toggle("shown", rides);
     if (!going) return;
-    const { text, do: advice } = this.#words.says(going);
+    const { text, do: advice } = this.#words.texts(going);
     const line = [text, rides ? this.#words.left(going) : advice].filter(Boolean).join(" ");
     if (this.#line.textContent !== line) this.#line.textContent = line;
     const before = this.#state;

@@ -74,7 +74,7 @@ const socket = new ControlSocket({
   link(alive) {
     setData("link", alive ? "ok" : "lost");
     if (!alive) endAll();
-    tell(performance.now());
+    showMessage(performance.now());
   },
   closed: () => stopSeen.closed(),
 });
@@ -145,7 +145,7 @@ const receivers = {
     facts.update(news, null);
     plugins.show(news.token);
     line.update(news);
-    tell(now);
+    showMessage(now);
     stopSeen.update(news.stops, now);
     alerts.update(news, now);
     if (body.dataset.role === "caretaker") alertList.update(news.alerts);
@@ -170,19 +170,19 @@ const receivers = {
 };
 
 /** One sentence about the state; a phone that does not drive shows overrides, too. */
-function tell(now) {
+function showMessage(now) {
   if (state === null && socket.alive) return;
   const about = sentence(state && { ...state, you: true }, socket.alive, false);
-  const told = plugins.sentence(about, state?.token);
-  corner.update(named(told));
-  banner.steady(told.kind, told.words, now);
+  const message = plugins.sentence(about, state?.token);
+  corner.update(named(message));
+  banner.steady(message.kind, message.words, now);
 }
 
 /** With the name of what the host's message is about, such as a lidar. */
-function named(told) {
-  if (told.said || !state?.about || told.key !== state.message) return told;
-  const said = strings.message(told.key);
-  return { ...told, said: { ...said, text: `${said.text} (${state.about})` } };
+function named(message) {
+  if (message.texts || !state?.about || message.key !== state.message) return message;
+  const texts = strings.message(message.key);
+  return { ...message, texts: { ...texts, text: `${texts.text} (${state.about})` } };
 }
 
 function endAll() {

@@ -7,6 +7,7 @@ import { Hint } from "./hint.js";
 import { HitMap } from "./hit.js";
 import { listen } from "./input.js";
 import { ObstacleLine } from "./line.js";
+import { Messages } from "./messages.js";
 import { Picture } from "./picture.js";
 import { Practice } from "./practice.js";
 import { loadProfiles } from "./profile.js";
@@ -16,7 +17,6 @@ import { ControlSocket } from "./socket.js";
 import { StopSeen } from "./stop_seen.js";
 import { chosenLanguage, loadStrings, message } from "./strings.js";
 import { Targets } from "./targets.js";
-import { Told } from "./told.js";
 import { Tones } from "./tones.js";
 import { keepAwake } from "./wakelock.js";
 import { Eyes, LateMenu, Plugins, Scanning, showLate } from "./wanted.js";
@@ -31,6 +31,7 @@ const AFTER = { continuous: "step", step: "more", more: "continuous" };
 const profiles = await loadProfiles();
 const strings = await loadStrings(chosenLanguage(location.search, profiles.current.language));
 const { dataset } = document.body;
+const nowMs = () => performance.now();
 
 strings.fill("title");
 message(byId("lost-words"), strings.label("lost_title"), strings.message("link_lost"));
@@ -48,20 +49,21 @@ const hits = new HitMap();
 const measure = () =>
   hits.measure(document.querySelectorAll(".target"), profiles.current.growth_percent / 100);
 const tones = new Tones((audible) => setData("audible", audible));
-const told = new Told(strings, tones);
-const notice = (...words) => told.notice(...words);
+const messages = new Messages(strings, tones);
+const notice = (...words) => messages.notice(...words);
+const lacking = () => notice("refused", "part_missing");
 const facts = new Facts(strings);
 const hint = new Hint(strings, (reason) => notice("arm_refused", reason));
 const line = new ObstacleLine(strings);
 const practice = new Practice(strings);
 const picture = new Picture(byId("picture"), (age) => setData("picture", age));
 const autoOff = new AutoOff();
-const used = () => autoOff.used(performance.now());
+const used = () => autoOff.used(nowMs());
 const clock = new ClockWatch();
 const stopSeen = new StopSeen(strings);
 const eyes = new Eyes(strings, {
   open,
-  lacking: () => notice("refused", "part_missing"),
+  lacking,
   judged(result) {
     open("menu");
     menu.show("eyes", result); // it proposes the result, and applies it if the driver chooses so
@@ -77,17 +79,17 @@ let armWordsMs = -WORDS_MS; // since when "Rijden aan" or "Rijden uit" says so
 const acts = {
   arm(since) {
     // It means the words before.
-    if (since < armWordsMs || performance.now() - armWordsMs < WORDS_MS) return;
-    if (practice.on) return [practice.arm(), showState(state, performance.now())];
+    if (since < armWordsMs || nowMs() - armWordsMs < WORDS_MS) return;
+    if (practice.on) return [practice.arm(), showState(state, nowMs())];
     if (state?.state !== "disarmed") return socket.send("disarm");
-    if (socket.sendFresh("arm")) hint.asked(performance.now());
+    if (socket.sendFresh("arm")) hint.asked(nowMs());
   },
   mode() {
     const next = AFTER[dataset.mode];
     setMode(next === "more" && !plugins.more ? "continuous" : next);
   },
   async menu() {
-    if (!(await menu.show("main"))) notice("refused", "part_missing");
+    if (!(await menu.show("main"))) lacking();
     else if (dataset.state === "disarmed") open("menu");
   },
   help: pressHelp((on) => socket.send("call", { on }) || notice("refused", "no_answer")),
@@ -108,7 +110,7 @@ const targets = new Targets({
     if (practice.armed || state?.you) tones.play("start");
   },
   stop(chosen) {
-    if (chosen) stopSeen.asked(socket.send("stop"), performance.now());
+    if (chosen) stopSeen.asked(socket.send("stop"), nowMs());
     // Another driver is stopped by looking at Stop, not by looking away from this page.
     else if (!plugins.part?.auto(asked) && (state?.you ?? true)) socket.send("stop");
     ended();
@@ -135,7 +137,7 @@ const scan = new Scanning(targets, hits, {
 
 const plugins = new Plugins(strings, {
   shown: measure,
-  replaced: () => targets.replaced(performance.now(), false),
+  replaced: () => targets.replaced(nowMs(), false),
   unable: (names) => (targets.unable = names),
   ride: (kind, more) =>
     kind === "stop" ? socket.send(kind) : [used(), socket.sendFresh(kind, more)],
@@ -146,11 +148,11 @@ const plugins = new Plugins(strings, {
 });
 
 const socket = new ControlSocket({
-  message: (news) => receivers[news.k]?.(news, performance.now()),
+  message: (news) => receivers[news.k]?.(news, nowMs()),
   link(alive) {
     setData("link", alive ? "ok" : "lost");
-    if (!alive) targets.cancel(performance.now());
-    tell(performance.now());
+    if (!alive) targets.cancel(nowMs());
+    report(nowMs());
   },
   closed: () => stopSeen.closed(),
 });
@@ -198,15 +200,15 @@ function showState(news, now) {
   setText("arm-state", left ? `${strings.label("off_in")} ${left} s` : strings.label(shown));
   facts.update(news, asked);
   line.update(news);
-  tell(now);
-  hint.update(told.now.words, shown, practice.on ? "none" : news.arm_reason, now);
+  report(now);
+  hint.update(messages.now.words, shown, practice.on ? "none" : news.arm_reason, now);
 }
 
-function tell(now) {
+function report(now) {
   if (state === null && socket.alive) return;
   const news = state && { ...state, state: dataset.state };
-  const words = plugins.sentence(sentence(news, socket.alive, practice.on), state);
-  if (told.say(words, now)) measure();
+  const shown = plugins.sentence(sentence(news, socket.alive, practice.on), state);
+  if (messages.show(shown, now)) measure();
 }
 
 /** A held command has ended. */
@@ -217,7 +219,7 @@ function ended() {
 }
 
 function setMode(mode) {
-  const now = performance.now();
+  const now = nowMs();
   targets.setMode(mode, now);
   if (mode !== dataset.mode) targets.replaced(now, false);
   setData("mode", mode);
@@ -227,7 +229,7 @@ function setMode(mode) {
 
 /** Shows "drive", "menu" or "eyes"; ends every hold. */
 function open(view) {
-  targets.replaced(performance.now());
+  targets.replaced(nowMs());
   eyes.stop();
   setData("view", view);
   measure();
@@ -235,7 +237,7 @@ function open(view) {
 
 /** Switches driving off: nobody seems to be at the page, or nobody used it. */
 function switchOff() {
-  scan.cancel(performance.now());
+  scan.cancel(nowMs());
   practice.armed = false;
   used(); // reported once
   if (state?.you || hint.asks) socket.send("disarm");
@@ -261,9 +263,8 @@ async function reload() {
 /** Takes over the chosen profile; another language reloads the page. */
 function applyProfile() {
   const mine = profiles.current;
-  if (mine.language !== strings.language && !new URLSearchParams(location.search).has("lang")) {
-    return location.reload();
-  }
+  const fixed = new URLSearchParams(location.search).has("lang");
+  if (mine.language !== strings.language && !fixed) return location.reload();
   targets.configure(mine);
   autoOff.configure(mine);
   hint.scans = mine.scan !== "off";
@@ -276,7 +277,7 @@ function applyProfile() {
 
 applyProfile();
 setData("ready", true);
-tell(performance.now());
+report(nowMs());
 addEventListener("resize", measure);
 listen(targets, hits, {
   shown: (name) => hits.has(name),
@@ -285,7 +286,7 @@ listen(targets, hits, {
 });
 keepAwake();
 setInterval(() => {
-  const now = performance.now();
+  const now = nowMs();
   if (clock.jumped(now, Date.now())) {
     targets.cancel(now);
     switchOff();
@@ -293,6 +294,6 @@ setInterval(() => {
   targets.tick(now);
   if (targets.holding) used();
   else if (autoOff.leftMs(now) <= 0) switchOff();
-  for (const part of [socket, picture, told, stopSeen, eyes, scan]) part.tick(now);
+  for (const part of [socket, picture, messages, stopSeen, eyes, scan]) part.tick(now);
   facts.ages(socket.alive ? socket.ageMs(now) : null, picture.ageMs(now), now);
 }, TICK_MS);

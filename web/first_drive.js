@@ -68,16 +68,16 @@ class FirstDrive {
   /** Shows the host's refusal of the held button or of a request, until the next one. */
   refused(reason) {
     const row = this.#rows.get(this.#open);
-    const text = this.#tell(reason);
+    const text = this.#reasonText(reason);
     if (row) [row.refusal, row.late] = [text, reason === "stale_token"];
     return text;
   }
 
   /** Shows the reason until the host's next answer. */
-  #tell(reason) {
+  #reasonText(reason) {
     const row = this.#rows.get(this.#open);
     const text = this.#words.reason(reason);
-    if (row) put(row.told, text);
+    if (row) put(row.status, text);
     return text;
   }
 
@@ -98,7 +98,7 @@ class FirstDrive {
     try {
       const answer = await (await fetch("/first-drive", request)).json();
       if (answer.steps) this.#show(answer);
-      else refusal = request.method ? this.refused(answer.reason) : this.#tell(answer.reason);
+      else refusal = request.method ? this.refused(answer.reason) : this.#reasonText(answer.reason);
     } catch (error) {
       console.warn(`first drive: ${error.message}`);
       refusal = this.#words.reason("no_answer");
@@ -133,13 +133,13 @@ class FirstDrive {
     head.addEventListener("click", () => this.#choose(step));
     const inside = element("div", "inside");
     const fact = element("p", "fact");
-    const told = element("p", "told");
+    const status = element("p", "status-text");
     const controls = element("p", "controls");
     inside.append(element("p", "why", label(`first_${step}_why`)), fact);
-    if (!TELLS.includes(step)) inside.append(controls, told);
+    if (!TELLS.includes(step)) inside.append(controls, status);
     item.append(head, inside);
     const news = { asks: null, shown: "", refusal: "", late: false };
-    this.#rows.set(step, { item, head, mark, fact, told, controls, ...news });
+    this.#rows.set(step, { item, head, mark, fact, status, controls, ...news });
     if (MOVES.includes(step)) this.#hold(step, controls);
     else if (!TELLS.includes(step)) this.#begin(step, controls, choices);
     return item;
@@ -235,22 +235,22 @@ class FirstDrive {
     put(mine.fact, this.#words.fact(row));
     const runs = run.step === step;
     this.#answers(step, mine, runs ? run.asks : "");
-    const told = this.#told(step, runs, refused, run);
+    const status = this.#statusOf(step, runs, refused, run);
     // The step itself says so now; or a late proof of holding was followed by one in time.
-    if (told === mine.refusal || (mine.late && told !== mine.shown)) mine.refusal = "";
-    mine.shown = told;
-    put(mine.told, mine.refusal || told);
+    if (status === mine.refusal || (mine.late && status !== mine.shown)) mine.refusal = "";
+    mine.shown = status;
+    put(mine.status, mine.refusal || status);
   }
 
   /** Once the fit has ended: its result or error. */
   #markRow(row, run) {
     const ended = run.step !== "camera" && run.ended?.step === "camera" ? run.ended : null;
-    const told = ended && this.#told("camera", false, "", run);
-    const text = ended?.ok ? `${told} ${this.#words.fact(row)}` : told;
+    const status = ended && this.#statusOf("camera", false, "", run);
+    const text = ended?.ok ? `${status} ${this.#words.fact(row)}` : status;
     this.#marks.update(row, text, ended && { ...ended.fields });
   }
 
-  #told(step, runs, refused, { asks, pulses, straight, ended }) {
+  #statusOf(step, runs, refused, { asks, pulses, straight, ended }) {
     const label = (key, fields) => this.#words.label(key, fields);
     if (runs) {
       if (asks === "linear" || asks === "turn") {
@@ -261,7 +261,7 @@ class FirstDrive {
     }
     const last = ended?.step === step ? ended : null;
     if (last && !last.ok) {
-      const detail = last.reason === "first_failed" ? this.#words.told(last) : "";
+      const detail = last.reason === "first_failed" ? this.#words.failure(last) : "";
       return `${this.#words.reason(last.reason)} ${detail}`.trim();
     }
     if (refused) return this.#words.reason(refused);

@@ -12,8 +12,8 @@ export async function firstWords(strings) {
 /** Texts of steps; facts are rows of GET /first-drive. */
 class FirstWords extends PartWords {
   /** Why a step failed: in this language, else the host's English text. */
-  told({ told, fields, detail }) {
-    const text = this.table.told?.[told];
+  failure({ error, fields, detail }) {
+    const text = this.table.errors?.[error];
     if (!text) return detail;
     const word = (name, value) => {
       if (name === "reason") return this.reason(value);

@@ -33,7 +33,7 @@ export class FloorMarks {
   #now = 0; // the mark being asked for
   #worst = -1;
   #zoom = 1;
-  #told = null; // the fit's result; null: none since a mark changed
+  #status = null; // the fit's result; null: none since a mark changed
   #waits = false; // for the fit
   #row = null; // of GET /first-drive
   #sheet = null; // while it is open
@@ -81,8 +81,8 @@ export class FloorMarks {
     panel.className = "panel";
     const asks = made("p", panel);
     const fields = this.#fields(panel);
-    const told = made("p", panel);
-    [told.className, told.role] = ["told", "status"];
+    const status = made("p", panel);
+    [status.className, status.role] = ["status-text", "status"];
     const controls = made("div", panel);
     controls.className = "controls";
     const button = (key, act, kind = "") => {
@@ -96,7 +96,7 @@ export class FloorMarks {
     const whole = button("first_marks_whole", () => this.#enlarge(1));
     const fit = button("first_marks_fit", () => this.#fit(), "strong");
     button("first_marks_close", () => this.close());
-    return { asks, ...fields, told, before, next, whole, fit };
+    return { asks, ...fields, status, before, next, whole, fit };
   }
 
   #fields(panel) {
@@ -128,8 +128,8 @@ export class FloorMarks {
     this.#sheet = null;
   }
 
-  /** Takes the step's row; what was `told` of the newest fit, its `fields`; null: it runs. */
-  update(row, told, fields) {
+  /** Takes the step's row; what was reported of the newest fit, its `fields`; null: it runs. */
+  update(row, status, fields) {
     this.#row = row;
     if (row.refused === "setting_while_armed") {
       // The chair may have moved since: the old marks are invalid.
@@ -139,7 +139,7 @@ export class FloorMarks {
     if (row.refused) return this.close();
     if (this.#waits && fields) {
       this.#waits = false;
-      this.#told = told;
+      this.#status = status;
       this.#worst = (fields.mark || 0) - 1;
       this.#go(this.#worst < 0 ? this.#now : this.#worst);
     }
@@ -153,11 +153,11 @@ export class FloorMarks {
     const rows = given.map(({ at, ahead, aside, side }) => {
       return [...at.map(share), ahead, aside * side];
     });
-    this.#told = this.#words.label("first_running");
+    this.#status = this.#words.label("first_running");
     this.#draw();
     const refusal = await this.#post(rows);
     this.#waits = !refusal;
-    if (refusal) this.#told = refusal;
+    if (refusal) this.#status = refusal;
     this.#draw();
   }
 
@@ -188,7 +188,7 @@ export class FloorMarks {
   }
 
   #changed() {
-    this.#told = null;
+    this.#status = null;
     this.#waits = false;
     this.#worst = -1;
     this.#draw();
@@ -243,7 +243,7 @@ export class FloorMarks {
 
   #draw() {
     if (!this.#sheet) return;
-    const { floor, over, asks, told, before, next, whole, fit } = this.#parts;
+    const { floor, over, asks, status, before, next, whole, fit } = this.#parts;
     const mark = this.#mark;
     const [wide, high] = this.#row.size;
     this.#sheet.style.setProperty("--shape", wide / high);
@@ -259,7 +259,7 @@ export class FloorMarks {
     asks.textContent = label(zoom > 1 ? "first_marks_fine" : seen, { n });
     const lacks = LEAST - known;
     const enough = label(lacks > 0 ? "first_marks_lacks" : "first_marks_enough", { n: lacks });
-    told.textContent = this.#told ?? enough;
+    status.textContent = this.#status ?? enough;
     before.disabled = this.#now === 0;
     next.disabled = !mark.at || n === this.#marks.length;
     whole.disabled = zoom === 1;

@@ -37,7 +37,7 @@ class GoingWords {
   }
 
   /** {text, do}: what the chair does, or why it stands, and what to do. */
-  says({ kind, state, reason, name }) {
+  texts({ kind, state, reason, name }) {
     const { text, do: advice } = this.#message(kind, reason, `going_${state}`);
     return { text: text.replace("{name}", () => isolated(cut(name, NAME))), do: advice };
   }
@@ -54,12 +54,13 @@ class GoingWords {
     return messages[`${key}_${kind}`] ?? messages[key] ?? this.#strings.message(reason);
   }
 
-  /** The page's sentence `told`, or, if that says that all is OK, the motion's state. */
-  sentence(told, going) {
-    if (!going || told.level !== "ok") return told;
-    const said = this.says(going);
+  /** The motion's state, if the page's sentence, `message`, is that all is OK; else `message`. */
+  sentence(message, going) {
+    if (!going || message.level !== "ok") return message;
+    const texts = this.texts(going);
     const left = going.state === "drives" ? this.left(going) : "";
     const level = going.state === "ended" || going.state === "blocked" ? "warning" : "ok";
-    return { ...told, level, key: "going", said: { text: said.text, do: left || said.do } };
+    const advice = left || texts.do;
+    return { ...message, level, key: "going", texts: { text: texts.text, do: advice } };
   }
 }

@@ -10,8 +10,8 @@ const parts = {};
 /** `news`: the host's state. */
 export function show(news, strings) {
   for (const [name, file] of Object.entries(PARTS)) {
-    const told = news[name];
-    if (told) coming[name] ??= fetchPart(file, (part) => (parts[name] = part));
-    parts[name]?.show(told, strings, news);
+    const value = news[name];
+    if (value) coming[name] ??= fetchPart(file, (part) => (parts[name] = part));
+    parts[name]?.show(value, strings, news);
   }
 }

@@ -7,7 +7,7 @@ const MEGA = 1e6;
 const UTF8 = 0x800;
 const OLDEST = 0x21; // 1980-01-01 in a zip file's format
 
-/** `on`: tell(text), send(path, request), most() bytes. */
+/** `on`: report(text), send(path, request), most() bytes. */
 export class MapFiles {
   #words;
   #on;
@@ -29,9 +29,9 @@ export class MapFiles {
     const bytes = files.reduce((sum, { size }) => sum + size, 0);
     if (bytes > most) {
       const fields = { mb: this.#words.number(most / MEGA, 0) };
-      this.#on.tell(this.#words.label("maps_import_large", fields));
+      this.#on.report(this.#words.label("maps_import_large", fields));
     } else {
-      this.#on.tell(this.#words.label("maps_importing"));
+      this.#on.report(this.#words.label("maps_importing"));
       const body = await this.#packed(files);
       const request = { method: "POST", headers: { "Content-Type": ZIP }, body };
       if (body) await this.#on.send("/maps/import", request);
@@ -44,7 +44,7 @@ export class MapFiles {
       return files.length === 1 ? await files[0].arrayBuffer() : await zipOf(files);
     } catch (error) {
       console.warn(`maps: ${error.message}`);
-      this.#on.tell(this.#words.label("maps_import_unread"));
+      this.#on.report(this.#words.label("maps_import_unread"));
       return null;
     }
   }

@@ -21,7 +21,7 @@ export const nameField = (words) => {
   return made;
 };
 
-/** `on`: post(request), true when it is done; tell(text); changed(). */
+/** `on`: post(request), true when it is done; report(text); changed(). */
 export class MapTools {
   #words;
   #on;
@@ -54,8 +54,8 @@ export class MapTools {
     const was = this.#tool;
     this.#tool = tool === was ? "" : tool;
     this.#points = [];
-    if (this.#tool) this.#on.tell(this.#words.label(`maps_${this.#tool}_tap`));
-    else if (was) this.#on.tell("");
+    if (this.#tool) this.#on.report(this.#words.label(`maps_${this.#tool}_tap`));
+    else if (was) this.#on.report("");
     this.#form.replaceChildren();
     if (this.#tool === "no_go") {
       this.#form.append(this.#strong("maps_done", () => this.#post({ no_go: this.#points })));
@@ -72,7 +72,7 @@ export class MapTools {
     this.#points.push([x, y].map((metres) => Math.round(100 * metres) / 100));
     if (this.#tool !== "no_go") {
       const both = this.#points.length === 2;
-      this.#on.tell(this.#words.label(both ? "maps_ready" : "maps_heading"));
+      this.#on.report(this.#words.label(both ? "maps_ready" : "maps_heading"));
       if (both && !this.#form.firstChild) this.#spotForm();
     }
     this.#on.changed();

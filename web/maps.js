@@ -47,12 +47,12 @@ class Maps {
     this.#view = new MapView(canvas, (x, y) => this.#details && this.#tools.tapped(x, y));
     this.#tools = new MapTools(words, {
       post: (request) => this.#post({ map: this.#chosen, ...request }),
-      tell: (text) => this.#tell(text),
+      report: (text) => this.#report(text),
       changed: () => this.#arrange(),
     });
     this.#files = new MapFiles(words, {
       send: (path, request) => this.#send(path, request),
-      tell: (text) => this.#tell(text),
+      report: (text) => this.#report(text),
       most: () => this.#all?.most_file_bytes ?? 0,
     });
     const parts = this.#parts;
@@ -60,13 +60,13 @@ class Maps {
     parts.choose.ariaLabel = label("maps_choose");
     parts.choose.addEventListener("change", () => this.#open(parts.choose.value));
     parts.make = button(label("maps_make"), () => this.#post({ make: true }), "strong");
-    parts.told = element("p", "told");
-    parts.told.setAttribute("role", "status");
+    parts.status = element("p", "status-text");
+    parts.status.setAttribute("role", "status");
     parts.making = this.#makingForm();
     parts.rename = this.#renameForm();
     const top = element("p", "top");
     top.append(parts.choose, parts.make, this.#files.root);
-    root.replaceChildren(top, parts.told, canvas, parts.making, this.#tools.root, parts.rename);
+    root.replaceChildren(top, parts.status, canvas, parts.making, this.#tools.root, parts.rename);
     this.#arrange();
   }
 
@@ -127,10 +127,10 @@ class Maps {
       const answer = await fetch(path, request);
       const found = await answer.json();
       if (answer.ok) return found;
-      this.#tell(this.#words.reason(found.reason));
+      this.#report(this.#words.reason(found.reason));
     } catch (error) {
       console.warn(`maps: ${error.message}`);
-      this.#tell(this.#words.reason("no_answer"));
+      this.#report(this.#words.reason("no_answer"));
     } finally {
       this.#asking -= 1;
     }
@@ -139,7 +139,7 @@ class Maps {
 
   /** True when the host has done it. */
   async #post(request) {
-    this.#tell("");
+    this.#report("");
     return this.#send("/maps", post(request));
   }
 
@@ -149,25 +149,25 @@ class Maps {
     if (!answer) return false;
     if (answer.added) this.#choose(answer.added);
     this.#show(answer, performance.now());
-    if (answer.added) this.#tell(this.#words.reason("maps_stored"));
+    if (answer.added) this.#report(this.#words.reason("maps_stored"));
     if (this.#chosen) await this.#load();
     return true;
   }
 
-  #tell(text) {
-    this.#parts.said = text;
-    put(this.#parts.told, text);
+  #report(text) {
+    this.#parts.answer = text;
+    put(this.#parts.status, text);
   }
 
   #show(answer, now) {
     const was = this.#all;
     this.#all = answer;
     const making = makes(answer);
-    if (this.#parts.said === this.#words.reason("no_answer")) this.#tell("");
+    if (this.#parts.answer === this.#words.reason("no_answer")) this.#report("");
     const ended = answer.ended;
     // What had ended before this page looked on is no news.
     if (was && ended && JSON.stringify(ended) !== JSON.stringify(was.ended)) {
-      this.#tell(this.#words.reason(ended.reason || "maps_stored"));
+      this.#report(this.#words.reason(ended.reason || "maps_stored"));
       if (!ended.reason) this.#choose(ended.map);
     }
     const rows = JSON.stringify(answer.maps.map(({ map, name }) => [map, name]));
@@ -198,7 +198,7 @@ class Maps {
 
   /** The state in one line; the last answer stays until something is done. */
   #sentence() {
-    if (this.#parts.said) return;
+    if (this.#parts.answer) return;
     const { state, wants, making, where, maps } = this.#all;
     const label = (key, fields) => this.#words.label(key, fields);
     const number = (value) => this.#words.number(value, 0);
@@ -214,7 +214,7 @@ class Maps {
       const name = maps.find(({ map }) => map === where.map)?.name ?? "?";
       text = label("maps_here", { name });
     } else text = label("maps_nowhere");
-    put(this.#parts.told, text);
+    put(this.#parts.status, text);
   }
 
   async #grow(now) {

@@ -99,8 +99,8 @@ export class Menu {
     const label = (key) => this.#strings.label(key);
     const seconds = (ms) => `${this.#strings.number(ms / 1000, 2)} s`;
     const again = [label("eyes_again"), label("eyes_text"), () => this.#on.eyes()];
-    const tell = (title, value) => [title, value, () => {}];
-    if (this.#result === null) return [tell(label("eyes_none"), label("eyes_none_text")), again];
+    const fact = (title, value) => [title, value, () => {}];
+    if (this.#result === null) return [fact(label("eyes_none"), label("eyes_none_text")), again];
     const { jitter, dropouts, longest_ms: longest, dwell_ms, leave_grace_ms } = this.#result;
     const take = () => {
       this.#on.changed({ dwell_ms, leave_grace_ms });
@@ -109,8 +109,8 @@ export class Menu {
     const dwell = `${label("dwell_ms")} ${seconds(dwell_ms)}`;
     const grace = `${label("leave_grace_ms")} ${seconds(leave_grace_ms)}`;
     return [
-      tell(label("eyes_jitter"), `${this.#strings.number(jitter, 1)} %`),
-      tell(label("eyes_dropouts"), `${dropouts} (${seconds(longest)})`),
+      fact(label("eyes_jitter"), `${this.#strings.number(jitter, 1)} %`),
+      fact(label("eyes_dropouts"), `${dropouts} (${seconds(longest)})`),
       [label("eyes_take"), `${dwell}, ${grace}`, take],
       again,
     ];

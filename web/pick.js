@@ -35,7 +35,7 @@ export class Pick {
   #spot = null; // its state from the host
   #going = null;
   #rides = false;
-  #dwell = null; // {x, y, count, since, last, said}
+  #dwell = null; // {x, y, count, since, last, done}
   #lens = null; // centre of the enlargement, px
   #go;
   #over; // the drawing over the picture
@@ -97,18 +97,18 @@ export class Pick {
     return before !== this.mode;
   }
 
-  /** What to do while a spot is chosen, if the sentence `told` is that all is OK; else null. */
-  sentence(told) {
-    if (!this.#row || this.#rides || told.level !== "ok") return null;
+  /** What to do while a spot is chosen, if the sentence `message` is that all is OK; else null. */
+  sentence(message) {
+    if (!this.#row || this.#rides || message.level !== "ok") return null;
     const spot = this.#spot;
     const empty = !spot || (spot.state === "ended" && !spot.reason);
     const mine = this.#going?.mode?.startsWith(this.#row.name);
     if (empty && mine && !this.#lens) return null; // show how the ride has ended
     const kind = document.body.dataset.scans === "true" ? "scan" : this.#row.of;
     const asks = this.#lens ? "again" : empty ? "look" : "";
-    const said = this.#words.spot(asks ? { kind, state: asks } : spot);
+    const texts = this.#words.spot(asks ? { kind, state: asks } : spot);
     const level = !asks && spot.state === "ended" && spot.reason ? "warning" : "ok";
-    return { ...told, level, key: "spot", said };
+    return { ...message, level, key: "spot", texts };
   }
 
   /** The chosen spot for the tile, fractions of the picture; null: none. */
@@ -161,18 +161,18 @@ export class Pick {
     const dwell = this.#dwell;
     const left = !dwell || Math.hypot(x - dwell.x, y - dwell.y) > NEAR * innerWidth;
     if (left || at - dwell.last > STALE_MS) {
-      return this.#rest({ x, y, count: 1, since: at, last: at, said: false });
+      return this.#rest({ x, y, count: 1, since: at, last: at, done: false });
     }
     dwell.count += 1;
     dwell.x += (x - dwell.x) / dwell.count;
     dwell.y += (y - dwell.y) / dwell.count;
     dwell.last = at;
-    if (dwell.said || at - dwell.since < this.#dwellMs()) return;
+    if (dwell.done || at - dwell.since < this.#dwellMs()) return;
     if (!this.#lens && document.body.dataset.scans !== "true") {
       this.#enlarge(dwell);
       return this.#rest(null);
     }
-    dwell.said = true;
+    dwell.done = true;
     this.#choose(dwell.x, dwell.y);
   }
 
@@ -222,7 +222,7 @@ export class Pick {
   #draw() {
     const way = this.#rides ? this.#going?.px : this.#spot?.px;
     const at = this.#rides ? null : this.#spot?.at;
-    const ring = this.#dwell?.said === false ? this.#dwell.since : 0;
+    const ring = this.#dwell?.done === false ? this.#dwell.since : 0;
     const shown = this.#row ? JSON.stringify([way, at, ring, this.#lens, innerWidth]) : "";
     if (shown === this.#shown) return;
     this.#shown = shown;

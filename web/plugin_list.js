@@ -34,10 +34,10 @@ export class PluginList {
   }
 
   /** As PluginWords.sentence(); reports missing texts. */
-  sentence(told, token) {
-    if (this.#words) return this.#words.sentence(told, this.#rows, token);
-    const lacks = this.#missing && told.level === "ok";
-    return lacks ? { ...told, level: "wait", key: "part_missing" } : told;
+  sentence(message, token) {
+    if (this.#words) return this.#words.sentence(message, this.#rows, token);
+    const lacks = this.#missing && message.level === "ok";
+    return lacks ? { ...message, level: "wait", key: "part_missing" } : message;
   }
 
   async #load(language) {

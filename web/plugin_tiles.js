@@ -127,22 +127,22 @@ export class PluginTiles {
 
   /** Takes the host's state of an auto ride, and of a chosen spot. */
   rides(state) {
-    const { auto, going: told } = state;
+    const { auto, going: news } = state;
     const before = this.#going;
-    this.#going = told ?? null;
-    setData("going", told?.state ?? "");
-    setData("why", told?.reason ?? "");
-    const arrived = told?.state === "arrived" && before && before.state !== "arrived";
+    this.#going = news ?? null;
+    setData("going", news?.state ?? "");
+    setData("why", news?.reason ?? "");
+    const arrived = news?.state === "arrived" && before && before.state !== "arrived";
     if (arrived) this.#on.tone(ARRIVED);
-    const farther = told?.left_m !== before?.left_m;
+    const farther = news?.left_m !== before?.left_m;
     if (this.#ride.update(auto ?? ["", ""]) || farther) this.#fillAll();
     const { mode, over } = this.#ride;
-    if (this.#pick.update(state, mode, over, words)) this.#tellUnable();
+    if (this.#pick.update(state, mode, over, words)) this.#reportUnable();
   }
 
-  sentence(told, token) {
-    const said = words.sentence(told, this.#rows, token);
-    return this.#pick.sentence(said) ?? going.sentence(said, this.#going);
+  sentence(message, token) {
+    const shown = words.sentence(message, this.#rows, token);
+    return this.#pick.sentence(shown) ?? going.sentence(shown, this.#going);
   }
 
   #spot(mode) {
@@ -153,7 +153,7 @@ export class PluginTiles {
     return kind === "spot" ? state === "ok" : this.#able.includes(name);
   }
 
-  #tellUnable() {
+  #reportUnable() {
     const unable = this.#filled.map((row) => row !== undefined && !this.#works(row));
     const names = this.#tiles.filter((_, place) => unable[place]).map(({ id }) => id);
     if (!this.#able.includes(this.#pick.mode)) names.push(this.#pick.target);
@@ -178,7 +178,7 @@ export class PluginTiles {
     byId("next").querySelector(".small").textContent = `${this.#from / PLACES + 1} / ${pages}`;
     this.#filled = places;
     this.#fillAll();
-    this.#tellUnable();
+    this.#reportUnable();
     if (!this.more) this.#on.gone();
     this.#on.shown();
   }
@@ -202,8 +202,8 @@ export class PluginTiles {
     const asks = rides ? going.label("going_pause") : again && words.label("plugin_go_on");
     tile.querySelector(".label").textContent = asks || words.name(row);
     const left = this.#going?.mode === row.name ? going.left(this.#going) : "";
-    const told = rides ? left || words.label("plugin_rides") : again && words.name(row);
-    tile.querySelector(".small").textContent = told || words.wrong(row);
+    const small = rides ? left || words.label("plugin_rides") : again && words.name(row);
+    tile.querySelector(".small").textContent = small || words.wrong(row);
     tile.classList.toggle("unable", !able);
     tile.ariaDisabled = !able;
   }

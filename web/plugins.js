@@ -61,16 +61,17 @@ class PluginWords {
   }
 
   /**
-   * The page's sentence `told`, or, if that says that all is OK, the problem of a plug-in in
-   * `rows`: a lost one before one that only reports something.
+   * If the page's sentence, `message`, is that all is OK: the problem of a plug-in in `rows`, a
+   * lost one before one that only reports something; else `message`.
    */
-  sentence(told, rows, token) {
+  sentence(message, rows, token) {
     const wrong = ["lost", "degraded"].flatMap((state) => rows.filter((r) => r.state === state));
-    if (told.level !== "ok" || wrong.length === 0) return told;
+    if (message.level !== "ok" || wrong.length === 0) return message;
     const [first, ...others] = wrong;
     const also = others.length ? ` ${this.#labels.plugin_also.replace("{n}", others.length)}` : "";
     const text = `${isolated(this.name(first))} ${this.wrong(first)}.${also}`;
     const level = FOR_PEOPLE.includes(first.reason) ? "warning" : "wait";
-    return { ...told, level, key: "plugin", said: { text, do: this.again(first, token) } };
+    const texts = { text, do: this.again(first, token) };
+    return { ...message, level, key: "plugin", texts };
   }
 }

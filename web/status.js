@@ -11,17 +11,17 @@ export class StatusCorner {
     this.#strings = strings;
   }
 
-  /** `level`: "ok", "wait", "warning" or "error"; `key`: its string key, or `said`: {text, do};
+  /** `level`: "ok", "wait", "warning" or "error"; `key`: its string key, or `texts`: {text, do};
    *  `turned`: [degrees, of degrees] of the last step, while the profile is not tuned. */
-  update({ level, key, turned, said = this.#strings.message(key) }) {
+  update({ level, key, turned, texts = this.#strings.message(key) }) {
     if (key === "untuned") {
-      said = { ...said, do: turned ? said.do.replace(/{(.)}/g, (_, at) => turned[at]) : "" };
+      texts = { ...texts, do: turned ? texts.do.replace(/{(.)}/g, (_, at) => turned[at]) : "" };
     }
-    const shown = `${level} ${said.text} ${said.do}`;
+    const shown = `${level} ${texts.text} ${texts.do}`;
     if (shown === this.#shown) return;
     this.#shown = shown;
     const corner = document.getElementById("status");
     corner.dataset.level = level;
-    message(corner, this.#strings.label(level), said);
+    message(corner, this.#strings.label(level), texts);
   }
 }

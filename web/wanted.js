@@ -143,12 +143,12 @@ export class Plugins {
     return this.part?.more ?? false;
   }
 
-  /** The sentence `told`, or, if that says that all is OK, a problem of a plug-in or this page. */
-  sentence(told, state) {
+  /** A problem of a plug-in or this page, if `message` is that all is OK; else `message`. */
+  sentence(message, state) {
     if (state) this.part?.rides(state);
-    const said = this.part?.sentence(told, state?.token) ?? told;
-    const lacks = missing.size && said.level === "ok";
-    return lacks ? { ...said, level: "wait", key: "part_missing" } : said;
+    const shown = this.part?.sentence(message, state?.token) ?? message;
+    const lacks = missing.size && shown.level === "ok";
+    return lacks ? { ...shown, level: "wait", key: "part_missing" } : shown;
   }
 }
 

@@ -1,7 +1,7 @@
 """The command line: `gazechair run` and every other command; `gazechair --help` lists them.
 
 The `add` of a command takes argparse's subparsers. Its `act` returns the exit code, or raises
-ToldError for what it cannot do; it imports then what it needs beyond the standard library, with
+UserError for what it cannot do; it imports then what it needs beyond the standard library, with
 which alone `gazechair config` works. Other packages add theirs by an entry point of the group
 `gazechair.commands`.
 """
@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 from gazechair.alerts import command as alert
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.base.version import version
 from gazechair.blackbox import command as log
 from gazechair.config import configuration
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         return int(options.act(options))
-    except ToldError as error:
+    except UserError as error:
         return refuse(str(error))
 
 

@@ -352,7 +352,7 @@ def test_what_is_no_list_of_marks_is_refused(tmp_path: Path, value: object) -> N
 
 
 @pytest.mark.parametrize(
-    ("told", "rows"),
+    ("error_key", "rows"),
     [
         ("floor_few_taps", marks()[:5]),
         ("floor_taps_in_line", [[u, v, x, 0] for u, v, x, _ in marks()]),
@@ -365,12 +365,12 @@ def test_what_is_no_list_of_marks_is_refused(tmp_path: Path, value: object) -> N
     ],
 )
 def test_marks_that_cannot_be_right_are_refused_with_the_reason(
-    tmp_path: Path, told: str, rows: list[list[float]]
+    tmp_path: Path, error_key: str, rows: list[list[float]]
 ) -> None:
     rig = FirstDriveRig(tmp_path)
     assert rig.post(run="camera", value=rows) == "first_failed"
     ended = rig.guide.status()["run"]["ended"]
-    assert ended["told"] == told
+    assert ended["error"] == error_key
     assert json.loads(json.dumps(ended, allow_nan=False)) == ended
     assert FloorStore(tmp_path).get() is None
     assert not rig.rows()["camera"]["done"]

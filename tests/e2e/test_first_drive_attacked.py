@@ -179,7 +179,7 @@ def test_a_board_that_resets_in_a_step_ends_it(rig: FirstDriveRig, after_ms: int
 
     rig.watch = resets
     assert rig._finish() == "first_failed"
-    assert rig.guide.status()["run"]["ended"]["told"].startswith("board_")
+    assert rig.guide.status()["run"]["ended"]["error"].startswith("board_")
     rig.run(3000)  # the button stays pressed
     assert reset_ms > 0
     assert not rig.armed()

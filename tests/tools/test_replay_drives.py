@@ -13,7 +13,7 @@ import pytest
 
 from fulldisk import full
 from gazeboard.core import limits
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.blackbox.reader import LogFile
 from gazechair.cli import refuse
 from gazelink import codes
@@ -191,7 +191,7 @@ def command_line(words: list[str]) -> int:
     options = parser.parse_args(words)
     try:
         return int(options.act(options))
-    except ToldError as error:
+    except UserError as error:
         return refuse(str(error))
 
 

@@ -219,15 +219,15 @@ def test_the_speed_is_the_measured_one_and_not_known_without_it(driver):
 
 def test_assist_is_shown_on_vooruit_and_when_it_steers_or_waits(driver):
     place = driver.page.locator("#forward").bounding_box()
-    for told, words in (
+    for news, words in (
         ([True, False, False], "Rijhulp"),
         ([True, True, False], "Rijhulp stuurt mee"),
         ([True, True, True], "Rijhulp wacht: staat daar iemand?"),
         ([False, False, True], "Rijhulp ziet te weinig"),
     ):
 
-        def says(told=told, words=words):
-            driver.state(assist=told)
+        def says(news=news, words=words):
+            driver.state(assist=news)
             sign = driver.page.locator("#assist-sign")
             return sign.count() and sign.inner_text() == words
 
@@ -241,9 +241,9 @@ def test_assist_is_shown_on_vooruit_and_when_it_steers_or_waits(driver):
 def test_assist_that_does_not_load_is_told_and_fetched_again(driver, file):
     page = driver.page
     page.route(f"**/{file}", lambda route: route.abort())
-    told = {"assist": [True, True, False]}
+    news = {"assist": [True, True, False]}
     driver.wait_until(
-        lambda: driver.state(**told) or driver.advance(100) or "geladen" in driver.text("#status"),
+        lambda: driver.state(**news) or driver.advance(100) or "geladen" in driver.text("#status"),
         "what is missing",
     )
     page.unroute(f"**/{file}")
@@ -251,7 +251,7 @@ def test_assist_that_does_not_load_is_told_and_fetched_again(driver, file):
         lambda: driver.advance(500) or page.locator("#assist-sign").count(), "the sign"
     )
     wait_until(
-        lambda: driver.state(**told) or driver.text("#assist-sign") == "Rijhulp stuurt mee", "it"
+        lambda: driver.state(**news) or driver.text("#assist-sign") == "Rijhulp stuurt mee", "it"
     )
 
 
@@ -262,7 +262,7 @@ def test_what_was_told_before_a_part_had_loaded_is_never_shown(driver):
         driver.state(assist=[True, True, False])
         driver.advance(100)
     page.unroute("**/assist_sign.js")
-    part = "window.shown = []; export function show(told) { window.shown.push(told[1]); }"
+    part = "window.shown = []; export function show(news) { window.shown.push(news[1]); }"
     page.route(
         "**/assist_sign.js",
         lambda route: route.fulfill(body=part, content_type="text/javascript"),

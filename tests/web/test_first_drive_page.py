@@ -41,7 +41,7 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
             caretaker.advance(600)
             caretaker.answered()
 
-    def said(name: str) -> str:
+    def text_of(name: str) -> str:
         return page.locator(f".first li[data-open=true] .{name}").inner_text()
 
     def opened(number: int) -> None:
@@ -54,14 +54,14 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     assert page.locator(".first li").count() == len(ROWS)
     assert page.locator(".first li[data-done=true]").count() == 1
     # The first step that is not done is open, and shows what prevents it.
-    assert "Wat de lidar van de stoel ziet" in said("head")
-    assert said("fact") == "Verborgen: 123..-123°."
-    assert "obstakelsensor" in said("told")
+    assert "Wat de lidar van de stoel ziet" in text_of("head")
+    assert text_of("fact") == "Verborgen: 123..-123°."
+    assert "obstakelsensor" in text_of("status-text")
 
     opened(9)
-    assert said("fact") == "Gedraaid: links 7,0 van 10 graden, rechts 9,8 van 10."
+    assert text_of("fact") == "Gedraaid: links 7,0 van 10 graden, rechts 9,8 van 10."
     opened(5)
-    assert "richting nog niet bekend°" in said("fact")
+    assert "richting nog niet bekend°" in text_of("fact")
 
     # Tuning: held, repeated with a fresh token, ended by letting go.
     opened(8)
@@ -79,27 +79,27 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     page.evaluate(WATCH)
     take(page)  # opening a step moved the others
     now(step="tune", pulses=2)
-    assert said("told").startswith("2 van 10")
+    assert text_of("status-text").startswith("2 van 10")
     now(step="tune", pulses=10, straight=1)
-    assert said("told").startswith("Rechtuit: 1 van 3")
+    assert text_of("status-text").startswith("Rechtuit: 1 van 3")
     page.mouse.up()
     caretaker.run_for(50)
     assert caretaker.heard("step")[-1]["held"] is False
     failed = {"step": "tune", "ok": False, "reason": "first_failed", "detail": "the chair slides"}
     now(ended=failed)
-    assert said("told").endswith("the chair slides")
-    now(ended={**failed, "told": "tune_little", "fields": {"deg": 3.5}})
-    assert "De stoel draaide maar 3,5° per keer." in said("told")
-    now(ended={**failed, "told": "board_off", "fields": {"reason": "heading_bus"}})
-    assert "De richtingsensor antwoordt niet." in said("told")
+    assert text_of("status-text").endswith("the chair slides")
+    now(ended={**failed, "error": "tune_little", "fields": {"deg": 3.5}})
+    assert "De stoel draaide maar 3,5° per keer." in text_of("status-text")
+    now(ended={**failed, "error": "board_off", "fields": {"reason": "heading_bus"}})
+    assert "De richtingsensor antwoordt niet." in text_of("status-text")
     now(ended={**failed, "reason": "first_let_go"})
-    assert said("told").startswith("Gestopt. Er is niets veranderd.")
+    assert text_of("status-text").startswith("Gestopt. Er is niets veranderd.")
     assert take(page) == [], "nothing moves by itself"
 
     # The joystick procedure's questions become buttons.
     opened(4)
     now(step="neutral", asks="turn")
-    assert "pin 2" in said("told")
+    assert "pin 2" in text_of("status-text")
     page.locator(".first li:nth-child(4) .controls button").nth(1).click()
     plus = {"answer": "+", "asks": "turn"}
     wait_until(lambda: ("/first-drive", plus) in host.posted, "the answer")
@@ -133,7 +133,7 @@ def test_a_refusal_is_told_until_the_button_is_pressed_again(caretaker):
         for _ in range(3):
             caretaker.advance(600)
             caretaker.answered()
-        return page.locator(".first li[data-open=true] .told").inner_text()
+        return page.locator(".first li[data-open=true] .status-text").inner_text()
 
     def refused(reason: str) -> None:
         host.say({"k": "refused", "what": "step", "reason": reason, "detail": ""})
@@ -181,17 +181,17 @@ def test_a_refused_request_is_told_until_the_next_one(caretaker):
     page.locator("#tab-settings").click()
     page.locator("#tab-first").click()
     begin = page.locator(".first .controls button")
-    told = page.locator(".first .told")
+    status = page.locator(".first .status-text")
     caretaker.wait_until(lambda: caretaker.advance(600) or begin.count(), "the step")
     begin.click()
-    caretaker.wait_until(lambda: "al een stap" in told.inner_text(), "why not")
+    caretaker.wait_until(lambda: "al een stap" in status.inner_text(), "why not")
     for _ in range(3):
         caretaker.advance(600)
         caretaker.answered()
-        assert "al een stap" in told.inner_text()
+        assert "al een stap" in status.inner_text()
     host.replies["POST /first-drive"] = 200, answer
     begin.click()
-    caretaker.wait_until(lambda: told.inner_text() == "", "the host to take it")
+    caretaker.wait_until(lambda: status.inner_text() == "", "the host to take it")
 
 
 def test_who_is_added_meanwhile_can_be_chosen(caretaker):

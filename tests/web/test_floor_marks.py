@@ -24,7 +24,7 @@ ROW = {"step": "camera", "done": False, "refused": "", "size": [640, 480]}
 ROW |= {"found": None, "lines": []}
 IDLE = {"step": "", "lines": [], "pulses": 0, "straight": 0, "asks": "", "ended": None}
 FAILED = {"step": "camera", "ok": False, "reason": "first_failed", "detail": "the marks"}
-FAILED |= {"told": "floor_residual", "fields": {"mark": 2, "cm": 14.2}}
+FAILED |= {"error": "floor_residual", "fields": {"mark": 2, "cm": 14.2}}
 KNOWN = {"residual_mm": 12, "fits": True}
 OFF = (0.015, -0.01)  # where a finger taps beside a mark, in shares of the picture
 LINES = [{"m": 2.0, "px": [[0.1, 0.55], [0.5, 0.5], [0.9, 0.55]]}]
@@ -76,8 +76,8 @@ class Marking:
     def press(self, text):
         self.page.locator("#marking button", has_text=text).click()
 
-    def told(self):
-        return self.page.locator("#marking .told").inner_text()
+    def status(self):
+        return self.page.locator("#marking .status-text").inner_text()
 
     def place(self):
         """The requested place of the mark: metres ahead and to the left."""
@@ -148,7 +148,7 @@ def test_marks_tapped_on_a_phone_calibrate_the_camera(marking, tmp_path):
         pixel = np.array((EYE.pixel(*place),))
         assert math.dist(known.camera.floor_m(pixel)[0], place) < 0.03
     marking.now({**ROW, "done": True, "found": KNOWN, "lines": LINES}, ended={**FAILED, "ok": True})
-    assert "1,2 cm op 2 m" in marking.told()
+    assert "1,2 cm op 2 m" in marking.status()
     points = marking.page.locator("polyline.metre").get_attribute("points").split()
     box = marking.box()
     assert points[1] == f"{round(0.5 * box['width'])},{round(0.5 * box['height'])}"
@@ -167,8 +167,8 @@ def test_a_refusal_names_the_mark_which_can_be_moved(marking):
     wait_until(marking.posted, "the marks")
     before = marking.posted()[0]
     marking.now(ROW, ended=FAILED)
-    assert "verschillen 14,2 cm" in marking.told()
-    assert "eerst merkteken 2" in marking.told()
+    assert "verschillen 14,2 cm" in marking.status()
+    assert "eerst merkteken 2" in marking.status()
     assert marking.page.locator("text.worst").inner_html() == "2"
     # It is the one that is shown: a tap moves it, its measure can be changed.
     assert marking.place() == (1.2, -0.3)
@@ -190,13 +190,13 @@ def test_a_refusal_names_the_mark_which_can_be_moved(marking):
 def test_an_old_answer_is_not_taken_for_the_new_fits(marking):
     marking.now(ROW, ended=FAILED)
     marking.open()
-    assert "Nog 6 nodig" in marking.told()
+    assert "Nog 6 nodig" in marking.status()
     for number in range(6):
         marking.mark()
         if number < 5:
             marking.press("Volgende")
     marking.now(ROW, ended=FAILED)
-    assert "14,2" not in marking.told()
+    assert "14,2" not in marking.status()
 
 
 def test_it_is_offered_only_while_driving_is_off(marking):
@@ -210,7 +210,7 @@ def test_it_is_offered_only_while_driving_is_off(marking):
     # Afterwards all marks are at other places in the picture.
     marking.now(ROW)
     marking.open()
-    assert "Nog 6 nodig" in marking.told()
+    assert "Nog 6 nodig" in marking.status()
     assert marking.page.locator("path.cross").count() == 0
 
 

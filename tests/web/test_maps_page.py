@@ -42,8 +42,8 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
             caretaker.advance(600)
             caretaker.answered()
 
-    def told() -> str:
-        return page.locator("#maps .told").inner_text()
+    def status() -> str:
+        return page.locator("#maps .status-text").inner_text()
 
     def posted(wish) -> None:
         wait_until(lambda: ("/maps", wish) in host.posted, f"{wish} among {host.posted[-3:]}")
@@ -54,28 +54,28 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     now(IDLE)
     page.locator("#tab-settings").click()
     page.locator("#tab-maps").click()
-    caretaker.wait_until(lambda: caretaker.advance(600) or "nog geen kaart" in told(), "the list")
+    caretaker.wait_until(lambda: caretaker.advance(600) or "nog geen kaart" in status(), "the list")
     press("Kaart maken")
     posted({"make": True})
     now({**IDLE, "state": "making", "wants": "make", "making": MAKING})
-    assert told() == "De kaart groeit: 12 m gereden, 2 keer teruggevonden."
+    assert status() == "De kaart groeit: 12 m gereden, 2 keer teruggevonden."
     page.evaluate(WATCH)
     take(page)
     now({**IDLE, "state": "making", "wants": "make", "making": {**MAKING, "driven_m": 230.0}})
     assert take(page) == [], "nothing moves by itself"
     caretaker.screenshot("map_making")
     now({**IDLE, "wants": "make", "making": {**MAKING, "doubt": "broken"}})
-    assert "telt niet mee" in told()
+    assert "telt niet mee" in status()
     page.locator("#maps .making input").fill("Thuis")
     press("Bewaren")
     posted({"save": "Thuis"})
     stored = {"reason": "", "detail": "", "map": "a1"}
     now({**KNOWN, "ended": stored})
-    assert "is bewaard" in told()
+    assert "is bewaard" in status()
 
     # A place: two taps, a name, a sign. The map is 8 m by 6 m.
     press("Plek")
-    assert told() == "Tik waar de stoel dan staat."
+    assert status() == "Tik waar de stoel dan staat."
     box = page.locator("#maps canvas").bounding_box()
     scale = min(box["width"] / 8.0, box["height"] / 6.0)
 
@@ -108,7 +108,7 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     press("Klaar")
     wait_until(lambda: host.posted and "no_go" in host.posted[-1][1], "the area")
     assert len(host.posted[-1][1]["no_go"]) == 3
-    caretaker.wait_until(lambda: "geen gebied" in told(), "why not")
+    caretaker.wait_until(lambda: "geen gebied" in status(), "why not")
     # Removed and deleted only at the second press.
     place = {"number": 1, "name": "Bed", "icon": "bed", "x": 2.0, "y": 1.0, "heading": 90.0}
     host.replies["GET /maps/a1"] = (200, {**DETAILS, "places": [place]})
@@ -222,29 +222,28 @@ def test_a_caretaker_brings_a_map_of_files(caretaker):
     page.locator("#tab-settings").click()
     page.locator("#tab-maps").click()
 
-    def told(text: str) -> None:
-        caretaker.wait_until(
-            lambda: caretaker.advance(600) or text in page.locator("#maps .told").inner_text(), text
-        )
+    def shows(text: str) -> None:
+        line = page.locator("#maps .status-text")
+        caretaker.wait_until(lambda: caretaker.advance(600) or text in line.inner_text(), text)
 
-    told("weet waar hij is")
+    shows("weet waar hij is")
     # The reason of a refusal is shown, and the same file can be chosen again.
     host.replies["POST /maps/import"] = (400, {"reason": "map_file_zip", "detail": "no zip"})
     for number in (1, 2):
         chosen(page, ("map.zip", b"nothing"))
-        told("geen zip met een kaart")
+        shows("geen zip met een kaart")
         wait_until(lambda n=number: len(host.files) == n, "the file")  # type: ignore[misc]
     # A file that is too large is not even sent.
     chosen(page, ("film.zip", bytes(5_000_001)))
-    told("hoogstens 5 MB")
+    shows("hoogstens 5 MB")
     assert host.files == [b"nothing", b"nothing"]
     # Several become one zip file, which the host understands.
     host.replies |= {"POST /maps/import": (200, both), "GET /maps": (200, both)}
     made = files_of(HomeMap("Kantoor", GRID))
     chosen(page, *made.items())
-    told("is bewaard")
+    shows("is bewaard")
     line, press = (
-        page.locator(f"#maps {name}").bounding_box() for name in (".told", "button.import")
+        page.locator(f"#maps {name}").bounding_box() for name in (".status-text", "button.import")
     )
     assert 0 < line["y"] - press["y"] < 70  # next to the pressed button: never scrolled away
     found = unpack(host.files[-1])

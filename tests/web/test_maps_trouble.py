@@ -57,8 +57,8 @@ def shown(maps, name):
     )
 
 
-def told(maps):
-    return maps.page.locator("#maps .told").inner_text()
+def status(maps):
+    return maps.page.locator("#maps .status-text").inner_text()
 
 
 def asked_to(maps, wish):
@@ -121,7 +121,7 @@ def test_a_map_whose_details_did_not_load_is_asked_for_again(maps):
     details = maps.host.replies["GET /maps/a1"]
     maps.host.replies["GET /maps/a1"] = (500, {"reason": "no_answer", "detail": ""})
     maps.page.locator("#tab-maps").click()
-    maps.wait_until(lambda: maps.advance(600) or told(maps), "the trouble")
+    maps.wait_until(lambda: maps.advance(600) or status(maps), "the trouble")
     choose = maps.page.locator("#maps select").first
     wait_until(lambda: choose.input_value() == "a1", "the list")
     assert not maps.page.locator("#maps button", has_text="Kaart als bestand").is_visible()
@@ -200,7 +200,7 @@ def test_no_plan_of_another_map_is_shown_while_a_maps_own_loads(maps):
     held[0].continue_()
     maps.wait_until(lambda: maps.page.evaluate(DRAWN), "its plan")
     maps.page.locator("#maps canvas").click()
-    assert "kijkt" in told(maps)
+    assert "kijkt" in status(maps)
 
 
 def test_a_plan_that_did_not_load_is_asked_for_again(maps):
@@ -266,11 +266,11 @@ def test_a_map_that_was_made_before_the_page_was_opened_is_no_news(maps):
     stored = {"reason": "", "detail": "", "map": "b2"}
     maps.host.replies["GET /maps"] = (200, {**BOTH, "ended": stored})
     opened(maps)
-    assert "weet waar hij is" in told(maps)
+    assert "weet waar hij is" in status(maps)
     # One that ends while the page looks on is told, also when it ended at once.
     failed = {"reason": "map_empty", "detail": "", "map": ""}
     maps.host.replies["GET /maps"] = (200, {**BOTH, "ended": failed})
-    maps.wait_until(lambda: maps.advance(600) or "te weinig" in told(maps), "the result")
+    maps.wait_until(lambda: maps.advance(600) or "te weinig" in status(maps), "the result")
 
 
 def test_a_started_drawing_survives_what_others_do_to_the_maps(maps):

@@ -43,7 +43,7 @@ def enlarged(person):
     return person.page.evaluate(ENLARGED) == "scale(3)"
 
 
-def told(person):
+def sent_messages(person):
     """Everything that was sent, except heartbeats."""
     found = []
     for m in person.heard("cmd", "mode", "stop", "spot", "arm", "disarm"):
@@ -85,22 +85,22 @@ def test_a_dwell_on_the_picture_chooses_a_spot_and_moves_nothing(driver):
     assert not enlarged(driver)  # not yet as long as a button
     driver.advance(700, look=FREE)
     assert enlarged(driver)
-    assert told(driver) == []
+    assert sent_messages(driver) == []
     driver.advance(1000, look=FREE)
-    ((kind, _, at),) = told(driver)
+    ((kind, _, at),) = sent_messages(driver)
     assert kind == "spot"
     assert not enlarged(driver)
     # 1920 by 1080 shows the middle of a picture of 4 by 3.
     assert at == pytest.approx([0.5, 0.5], abs=0.01)
     driver.advance(3000, look=FREE)
-    assert told(driver) == []  # once
+    assert sent_messages(driver) == []  # once
     driver.look((0.45, 0.6))
     driver.advance(200)
     assert driver.page.locator("#over-picture .ring").count() == 1
     driver.advance(500)  # nobody looks
     assert driver.page.locator("#over-picture .ring").count() == 0
     driver.page.mouse.click(1920 * 0.4, 1080 * 0.75)
-    ((kind, _, at),) = told(driver)
+    ((kind, _, at),) = sent_messages(driver)
     assert at == pytest.approx([0.4, (0.75 * 1080 + 180) / 1440], abs=0.01)
 
 
@@ -113,10 +113,10 @@ def test_the_second_look_is_three_times_as_exact(driver):
     assert driver.page.evaluate(OVERFLOWING) == []
     # The intended spot was to the right and below: now it is three times as far off.
     driver.advance(1200, look=(0.5 + 0.09, 0.5 + 0.12))
-    ((_, _, at),) = told(driver)
+    ((_, _, at),) = sent_messages(driver)
     assert at == pytest.approx([0.53, (0.54 * 1080 + 180) / 1440], abs=0.003)
     driver.advance(3000, look=(0.5 + 0.09, 0.5 + 0.12))
-    assert told(driver) == []
+    assert sent_messages(driver) == []
     assert not enlarged(driver)
 
 
@@ -142,11 +142,11 @@ def test_a_finger_needs_no_second_look_and_means_what_is_shown(driver):
     driver.advance(1200, look=FREE)
     assert enlarged(driver)
     driver.page.mouse.click(1920 * 0.59, 1080 * 0.5)
-    ((_, _, at),) = told(driver)
+    ((_, _, at),) = sent_messages(driver)
     assert at == pytest.approx([0.53, 0.5], abs=0.003)
     assert not enlarged(driver)
     driver.page.mouse.click(1920 * 0.4, 1080 * 0.5)
-    ((_, _, at),) = told(driver)
+    ((_, _, at),) = sent_messages(driver)
     assert at == pytest.approx([0.4, 0.5], abs=0.003)
 
 
@@ -163,23 +163,23 @@ def test_driving_off_ends_an_enlarged_picture(driver):
 def test_what_is_shown_starts_by_its_tile_and_by_nothing_else(driver):
     opened(driver)
     driver.hover("plugin-go")
-    assert told(driver) == []  # nothing is shown yet
+    assert sent_messages(driver) == []  # nothing is shown yet
     ready(driver)
     points = driver.page.locator("#over-picture .way").get_attribute("points").split()
     assert points[0] == f"960,{round(0.9 * 1440 - 180)}"
     driver.advance(6000, look=(0.5, 0.62))
-    assert {kind for kind, *_ in told(driver)} <= {"spot"}
+    assert {kind for kind, *_ in sent_messages(driver)} <= {"spot"}
     driver.hover("plugin-go")
-    assert [what for what in told(driver) if what[0] != "spot"] == [("mode", MODE, None)]
+    assert [what for what in sent_messages(driver) if what[0] != "spot"] == [("mode", MODE, None)]
     # It rides: looks at the picture only watch.
     driver.state(auto=[MODE, ""], going=RIDES)
     driver.advance(4400, look=FREE)
     assert driver.heard("watch")
-    assert told(driver) == []
+    assert sent_messages(driver) == []
     assert driver.text("#plugin-go .label") == "Pauze"
     assert driver.page.locator("#over-picture .way").count() == 1
     driver.advance(650, look="plugin-go")
-    assert told(driver) == [("stop", None, None)]
+    assert sent_messages(driver) == [("stop", None, None)]
     driver.state(auto=["", MODE], going={**RIDES, "state": "ended", "reason": "going_stopped"})
     assert driver.text("#plugin-go .label") == "Verder"
 
@@ -191,7 +191,7 @@ def test_a_tap_on_ga_starts_it_and_its_end_is_no_stop(driver):
     driver.forget()
     driver.page.locator("#plugin-go").click()
     driver.advance(300)
-    assert [what for what in told(driver) if what[0] != "spot"] == [("mode", MODE, None)]
+    assert [what for what in sent_messages(driver) if what[0] != "spot"] == [("mode", MODE, None)]
 
 
 def test_back_stop_and_driving_off_end_it(driver):
@@ -200,7 +200,7 @@ def test_back_stop_and_driving_off_end_it(driver):
     driver.state(auto=[MODE, ""], going=RIDES)
     driver.page.locator("#pick-back").click()
     driver.advance(50)
-    sent = told(driver)
+    sent = sent_messages(driver)
     assert ("stop", None, None) in sent
     assert ("spot", None, None) in sent
     assert driver.data("view") == "drive"
@@ -215,7 +215,7 @@ def test_back_stop_and_driving_off_end_it(driver):
     assert driver.data("view") == "pick"
     driver.forget()
     driver.page.locator("#stop").click()
-    assert ("stop", None, None) in told(driver)
+    assert ("stop", None, None) in sent_messages(driver)
     driver.state(state="disarmed", you=False, owner="nobody")
     assert driver.data("view") == "drive"
 
@@ -228,7 +228,7 @@ def test_no_line_there_is_told_and_starts_nothing(driver):
     driver.advance(50)
     assert "Daar is geen lijn" in driver.text("#status")
     driver.hover("plugin-go")
-    assert "mode" not in {kind for kind, *_ in told(driver)}
+    assert "mode" not in {kind for kind, *_ in sent_messages(driver)}
 
 
 def test_another_tiles_spot_or_a_mode_that_is_not_offered_starts_nothing(driver):
@@ -238,7 +238,7 @@ def test_another_tiles_spot_or_a_mode_that_is_not_offered_starts_nothing(driver)
     driver.state(spot=SPOT)  # the welcome has no such mode
     driver.hover("plugin-go")
     driver.page.locator("#plugin-go").click()
-    assert "mode" not in {kind for kind, *_ in told(driver)}
+    assert "mode" not in {kind for kind, *_ in sent_messages(driver)}
 
 
 def test_an_old_picture_shows_nothing_to_choose(driver, host):
@@ -249,7 +249,7 @@ def test_an_old_picture_shows_nothing_to_choose(driver, host):
     assert driver.data("picture") == "stale"
     driver.advance(2500, look=FREE)
     driver.page.mouse.click(1920 * 0.4, 1080 * 0.75)
-    assert told(driver) == []
+    assert sent_messages(driver) == []
 
 
 def test_the_view_keeps_the_rules(driver, page, host):

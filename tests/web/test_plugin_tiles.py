@@ -239,10 +239,10 @@ def test_who_is_followed_has_a_tile_and_sentences_of_its_own(ride):
     assert ride.text("#plugin-2 .label") == "Volg persoon"
     assert ride.page.locator("#plugin-2 .sign").bounding_box()["height"] > 20
     assert ride.page.locator("#plugin-2 text").text_content() == ""
-    told = {"kind": "person", "mode": "follow-person", "name": "Volg persoon", "goal": {}}
-    ride.state(going={**told, "state": "waits", "reason": "person_choosing"})
+    news = {"kind": "person", "mode": "follow-person", "name": "Volg persoon", "goal": {}}
+    ride.state(going={**news, "state": "waits", "reason": "person_choosing"})
     assert "Wacht tot er iemand voor de stoel stilstaat." in ride.text("#status")
-    ride.state(going={**told, "state": "ended", "reason": "going_stopped"})
+    ride.state(going={**news, "state": "ended", "reason": "going_stopped"})
     assert "Gestopt met volgen." in ride.text("#status")
 
 
@@ -250,8 +250,8 @@ def test_a_places_name_is_shown_as_its_people_wrote_it(ride):
     row = {"kind": "place", "name": "to-1", "sign": "bed", **WELL}
     tiled(ride, AHEAD, {**row, "names": {"nl": "$& of $1", "en": "$& of $1"}})
     more(ride)
-    told = {"kind": "place", "mode": "to-1", "name": "$& of $1", "goal": {}}
-    ride.state(going={**told, "state": "thinks", "reason": ""})
+    news = {"kind": "place", "mode": "to-1", "name": "$& of $1", "goal": {}}
+    ride.state(going={**news, "state": "thinks", "reason": ""})
     assert "$& of $1" in ride.text("#status")
     assert "{name}" not in ride.text("#status")
 

@@ -56,13 +56,13 @@ def combinations():
 ASK = """
 async ({{verdicts, states, who, few, reasons}}) => {{
   const {{sentence}} = await import("/static/sentence.js");
-  const told = [], places = new Map(), chosen = [];
+  const found = [], places = new Map(), chosen = [];
   const ask = ([level, message], state, [owner, you], arm_reason, override) => {{
     const news = {{level, message, state, owner, you, arm_reason, override}};
     for (const [linked, practice] of {modes}) {{
       const one = sentence(news, linked, practice);
       const words = JSON.stringify(one);
-      if (!places.has(words)) places.set(words, told.push(one) - 1);
+      if (!places.has(words)) places.set(words, found.push(one) - 1);
       chosen.push(places.get(words));
     }}
   }};
@@ -73,7 +73,7 @@ async ({{verdicts, states, who, few, reasons}}) => {{
     ask(["ok", "ok"], state, one, "none", reason);
     ask(["warning", "camera_lost"], state, one, reason, reason);
   }}
-  return [told, chosen];
+  return [found, chosen];
 }}
 """
 MODES = ((True, False), (True, True), (False, False))  # linked, practice
@@ -93,13 +93,13 @@ def outcomes(chromium, serve):
         "few": FEW,
         "reasons": REASONS,
     }
-    told, chosen = page.evaluate(ASK.format(modes=json.dumps(MODES)), parts)
+    shown, chosen = page.evaluate(ASK.format(modes=json.dumps(MODES)), parts)
     unknown = page.evaluate(
         "async () => (await import('/static/sentence.js')).sentence(null, false, false)"
     )
     page.close()
     assert unknown["key"] == "link_lost"
-    return [(*question, told[at]) for question, at in zip(asked, chosen, strict=True)]
+    return [(*question, shown[at]) for question, at in zip(asked, chosen, strict=True)]
 
 
 def advice(key, language):
@@ -112,10 +112,10 @@ def advice(key, language):
     return "help" if do.startswith(HELP[language]) else "act"
 
 
-def keys_shown(told):
+def keys_shown(shown):
     """Message keys shown on the page at once: in the corner, and in the middle."""
-    middle = [told["words"]] if told["kind"] in ("hindered", "override") else []
-    return {told["key"], *middle}
+    middle = [shown["words"]] if shown["kind"] in ("hindered", "override") else []
+    return {shown["key"], *middle}
 
 
 def test_at_most_one_message_is_told_at_a_time(outcomes):
@@ -124,51 +124,51 @@ def test_at_most_one_message_is_told_at_a_time(outcomes):
 
 
 def test_nothing_is_in_order_while_something_is_not(outcomes):
-    for one, linked, practice, told in outcomes:
-        if told["level"] == "ok":
-            assert told["key"] == "ok", one
+    for one, linked, practice, shown in outcomes:
+        if shown["level"] == "ok":
+            assert shown["key"] == "ok", one
             assert linked, one
             assert one["level"] == "ok", one
         else:
-            assert told["key"] != "ok" or one["message"] == "ok", one
+            assert shown["key"] != "ok" or one["message"] == "ok", one
         if not practice and (one["level"] == "error" or not linked):
-            assert told["kind"] != "ready", one
+            assert shown["kind"] != "ready", one
 
 
 def test_without_a_link_only_that_is_said(outcomes):
-    for one, linked, _, told in outcomes:
+    for one, linked, _, shown in outcomes:
         if not linked:
-            assert (told["key"], told["kind"]) == ("link_lost", "none"), one
+            assert (shown["key"], shown["kind"]) == ("link_lost", "none"), one
 
 
 def test_who_took_over_is_told_whenever_somebody_else_drives(outcomes):
-    for one, linked, practice, told in outcomes:
+    for one, linked, practice, shown in outcomes:
         others = one["owner"] != "nobody" and not one["you"] and one["state"] != "disarmed"
         taken = linked and not practice and others
-        assert (told["kind"] == "taken") == taken, one
+        assert (shown["kind"] == "taken") == taken, one
         if taken:
-            assert told["words"] == f"owner_{one['owner']}", one
+            assert shown["words"] == f"owner_{one['owner']}", one
 
 
 def test_ready_is_said_only_where_a_look_would_arm(outcomes):
-    for one, _, practice, told in outcomes:
-        if told["kind"] == "ready":
+    for one, _, practice, shown in outcomes:
+        if shown["kind"] == "ready":
             assert one["state"] == "disarmed", one
             assert practice or one["arm_reason"] in MAY_ASK, one
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_amber_only_where_something_is_to_be_done(outcomes, language):
-    for one, _, _, told in outcomes:
-        if told["level"] == "warning":
-            assert advice(told["key"], language) != "wait", (one, told)
+    for one, _, _, shown in outcomes:
+        if shown["level"] == "warning":
+            assert advice(shown["key"], language) != "wait", (one, shown)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_who_can_only_wait_is_told_by_a_calm_corner(outcomes, language):
-    for one, _, _, told in outcomes:
-        if told["level"] == "wait":
-            assert advice(told["key"], language) == "wait", (one, told)
+    for one, _, _, shown in outcomes:
+        if shown["level"] == "wait":
+            assert advice(shown["key"], language) == "wait", (one, shown)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

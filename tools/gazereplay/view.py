@@ -126,7 +126,7 @@ def follow(lines: Iterable[Line]) -> Drive:
 
 
 def draw(drive: Drive, target: Path) -> None:
-    """Write it as SVG; up is the chair's heading at the start. Raises ToldError."""
+    """Write it as SVG; up is the chair's heading at the start. Raises UserError."""
     outlines = [
         [_moved(corner, event.pose) for corner in DEFAULT_CORNERS] for event in drive.events
     ]

@@ -16,7 +16,7 @@ from gazechair.alerts.message import message_of
 from gazechair.alerts.reasons import TRIED
 from gazechair.base.languages import sentence
 from gazechair.base.state_folder import state_folder
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.config import configuration
 from gazechair.config.settings import RouteConfig
 
@@ -36,9 +36,9 @@ def add(commands: Any) -> None:
 def _test(options: argparse.Namespace) -> int:
     config = configuration.load(options.config)
     if not config.routes:
-        raise ToldError("no [[alerts.route]] is configured; read docs/alerts.md")
+        raise UserError("no [[alerts.route]] is configured; read docs/alerts.md")
     if not apprise_route.installed():
-        raise ToldError(apprise_route.MISSING)
+        raise UserError(apprise_route.MISSING)
     said = message_of(Alert(0, TRIED, time.time()), "", config.web.language)
     results: dict[str, str] = {}
 

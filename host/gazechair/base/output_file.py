@@ -6,13 +6,13 @@ import os
 from pathlib import Path
 
 from gazechair.base.state_folder import write_whole
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 
 def write_output(path: Path, content: bytes) -> None:
     """Replace the file as a whole; who may read it, and the folders made for it, is for the umask.
 
-    ToldError, with everything as it was, for a folder in its place and where nothing can be
+    UserError, with everything as it was, for a folder in its place and where nothing can be
     written.
     """
     try:
@@ -23,4 +23,4 @@ def write_output(path: Path, content: bytes) -> None:
         real.parent.mkdir(parents=True, exist_ok=True)
         write_whole(real.with_name(f".{real.name}.new"), real, content)
     except OSError as error:
-        raise ToldError(f"{path} can't be written: {error.strerror}") from None
+        raise UserError(f"{path} can't be written: {error.strerror}") from None

@@ -9,14 +9,14 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 LOCK_NAME = "lock"  # held by the daemon as long as it runs, even while it hangs
 
 log = logging.getLogger(__name__)
 
 
-class AlreadyRunning(ToldError):
+class AlreadyRunning(UserError):
     """Raised when another daemon uses that state folder."""
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gazechair.base.state_folder import state_folder
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.config import configuration
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def chosen(folder: Path, wanted: str | None) -> Path:
         found = [path for path in found if wanted == path.name or path.name[:6] == number]
     if not found:
         what = "no file" if wanted is None else f"no file {wanted}"
-        raise ToldError(f"{folder} has {what}; gazechair log list shows those there are")
+        raise UserError(f"{folder} has {what}; gazechair log list shows those there are")
     return found[-1]
 
 
@@ -62,14 +62,14 @@ def _act(act: Any, options: argparse.Namespace) -> int:
     try:
         importlib.import_module("mcap_ros2")
     except ImportError:
-        raise ToldError("the log needs an extra: pip install 'gazechair[log]'") from None
+        raise UserError("the log needs an extra: pip install 'gazechair[log]'") from None
     try:
         act(options)
         sys.stdout.flush()
     except BrokenPipeError:  # as of `| head`
         sys.stderr.close()
     except OSError as error:
-        raise ToldError(str(error)) from None
+        raise UserError(str(error)) from None
     return 0
 
 
@@ -121,7 +121,7 @@ def _export(options: argparse.Namespace) -> None:
     file = LogFile(chosen(_folder_of(options), options.file))
     wanted = options.topic
     if options.format == "csv" and wanted is None:
-        raise ToldError("a table is of one topic: --topic /board/state")
+        raise UserError("a table is of one topic: --topic /board/state")
     file.check()
     topics: set[str] = set()
 
@@ -138,5 +138,5 @@ def _export(options: argparse.Namespace) -> None:
     if wanted is not None and wanted not in topics:
         there = ", ".join(sorted(topics)) or "no messages at all"
         problem = f"{file.path} has no message of {wanted}; there are {there}"
-        raise ToldError("; ".join(filter(None, (problem, file.ending()))))
+        raise UserError("; ".join(filter(None, (problem, file.ending()))))
     _tell_ending(file)

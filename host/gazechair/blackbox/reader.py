@@ -18,7 +18,7 @@ from mcap.writer import MCAP0_MAGIC
 from mcap_ros2.decoder import DecoderFactory
 from zstandard import ZstdError
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 _LONGEST = 64 << 20  # bytes of a record; a larger length is damaged
 _DAMAGED = (McapError, ZstdError, struct.error, ValueError, KeyError, MemoryError)
@@ -39,27 +39,27 @@ class Line:
 
     @property
     def message(self) -> Any:
-        """Its fields, as attributes. Raises ToldError."""
+        """Its fields, as attributes. Raises UserError."""
         try:
             decoder = self.decoders.decoder_for("cdr", self.schema)
             assert decoder is not None
             return decoder(self.data)
         except _DAMAGED as error:
-            raise ToldError(
+            raise UserError(
                 f"a message of {self.topic} cannot be read, as another program wrote it ({error})"
             ) from None
 
 
 @contextlib.contextmanager
 def of_this_version(path: Path) -> Iterator[None]:
-    """Raise ToldError for a message without a field that is read here."""
+    """Raise UserError for a message without a field that is read here."""
     try:
         yield
     except AttributeError as error:
         if not isinstance(error.obj, SimpleNamespace):
             raise
         lacks = f"{type(error.obj).__name__} has no {error.name}"
-        raise ToldError(f"{path} is of another version: its {lacks}") from None
+        raise UserError(f"{path} is of another version: its {lacks}") from None
 
 
 class LogFile:
@@ -122,10 +122,10 @@ class LogFile:
         )
 
     def check(self) -> None:
-        """Raise ToldError when it does not begin as a log does; OSError."""
+        """Raise UserError when it does not begin as a log does; OSError."""
         with self.path.open("rb") as file:
             if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                raise ToldError(f"{self.path} is no log, or nothing has been written to it yet")
+                raise UserError(f"{self.path} is no log, or nothing has been written to it yet")
 
     def _records(self, inside: Callable[..., list[McapRecord]]) -> Iterator[McapRecord]:
         self.whole, self._read = False, 0

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.config import combinations, plugin_tables, rules, tables
 from gazechair.config.plugin_tables import PluginConfig
 from gazechair.config.settings import SECTIONS, SEVERAL, Config, RouteConfig
@@ -21,7 +21,7 @@ else:
     import tomli as tomllib
 
 
-class ConfigError(ToldError):
+class ConfigError(UserError):
     """Raised for a file that is refused. Its text is one line: file, line, reason, what to do."""
 
 

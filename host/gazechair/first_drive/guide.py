@@ -18,7 +18,7 @@ import numpy as np
 
 from gazechair.base.health import HealthRegistry
 from gazechair.base.refused import Refused
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.board.board_commands import Clearance
 from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
 from gazechair.board.link import BoardLink
@@ -256,10 +256,10 @@ class Guide:
             ended |= {"ok": False, "reason": reason, "detail": str(refused)}
         except StepRefused as refused:
             ended |= {"ok": False, "reason": refused.reason, "detail": str(refused)}
-        except ToldError as error:
+        except UserError as error:
             let_go = isinstance(error, StoppedError)
             ended |= {"ok": False, "reason": "first_let_go" if let_go else "first_failed"}
-            ended |= {"detail": str(error), "told": error.key, "fields": error.fields}
+            ended |= {"detail": str(error), "error": error.key, "fields": error.fields}
         except Exception as error:
             log.exception("the first drive's step %s", step)
             ended |= {"ok": False, "reason": "first_failed", "detail": repr(error)}

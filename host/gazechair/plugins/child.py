@@ -12,7 +12,7 @@ from typing import Any
 from gazechair.base.child_main import enter_child
 from gazechair.base.child_records import RecordWriter
 from gazechair.config.tables import BadSetting, described
-from gazechair.plugins import asked
+from gazechair.plugins.caller import InputCaller, ModeCaller, build, facts, load
 from gazechair.plugins.contract import Input, Unusable
 
 LOST = "plugin_lost"
@@ -58,13 +58,13 @@ def serve(argument: dict[str, Any], out: RecordWriter, words: int) -> None:
     """Serve until the parent closes the pipe, or the plug-in raises."""
     kind, how = argument["kind"], argument["how"]
     title = f"{kind}.{argument['name']}"
-    found: Any = asked.load(kind, argument["entry"])
-    out.facts(asked.facts(found).pack())
+    found: Any = load(kind, argument["entry"])
+    out.facts(facts(found).pack())
     if how == "describe":
-        facts = {"table": list(described(found.Settings, title)), "rehearsal": found.rehearsal}
-        out.data(json.dumps(facts).encode())
+        table = list(described(found.Settings, title))
+        out.data(json.dumps({"table": table, "rehearsal": found.rehearsal}).encode())
         return
-    plugin = asked.build(found, title, argument["settings"])
+    plugin = build(found, title, argument["settings"])
     try:
         if how == "paced":
             _pace(plugin, out, words)
@@ -81,11 +81,11 @@ def _period_s(plugin: Any) -> float:
 
 
 def _serve_input(plugin: Input, out: RecordWriter) -> None:
-    one = asked.AskedInput(plugin)
+    caller = InputCaller(plugin)
     period_s = _period_s(plugin)
     while True:
         now_s = time.monotonic()
-        out.data(one.ask(now_s).pack())
+        out.data(caller.call(now_s).pack())
         fd = plugin.fileno()
         time.sleep(_LEAST_S if fd >= 0 else 0.0)
         left_s = max(0.0, now_s + period_s - time.monotonic())
@@ -93,12 +93,12 @@ def _serve_input(plugin: Input, out: RecordWriter) -> None:
 
 
 def _serve_mode(plugin: Any, out: RecordWriter, words: int) -> None:
-    one = asked.AskedMode(plugin)
+    caller = ModeCaller(plugin)
     word: dict[str, Any] = {"press": 0, "state_s": 0.0}
     os.set_blocking(words, False)
     lines = b""
     while True:
-        out.data(one.ask(word, time.monotonic()).pack())
+        out.data(caller.call(word, time.monotonic()).pack())
         word = {"press": 0, "state_s": 0.0}
         if words not in select.select([words], [], [], _IDLE_S)[0]:
             continue
@@ -116,14 +116,14 @@ def _serve_mode(plugin: Any, out: RecordWriter, words: int) -> None:
 
 
 def _pace(plugin: Any, out: RecordWriter, words: int) -> None:
-    one: Any = asked.AskedInput(plugin) if isinstance(plugin, Input) else asked.AskedMode(plugin)
+    caller: Any = InputCaller(plugin) if isinstance(plugin, Input) else ModeCaller(plugin)
     with open(words, "rb") as lines:
         for line in lines:
             word = json.loads(line)
             if isinstance(plugin, Input):
-                value = one.ask(word["now_s"])
+                value = caller.call(word["now_s"])
             else:
-                value = one.ask(word, word["now_s"])
+                value = caller.call(word, word["now_s"])
             out.data(value.pack())
 
 

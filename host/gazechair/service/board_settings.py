@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 
 from gazechair.base.health import Health
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.board import ports
 from gazechair.board.link import BoardLink
 from gazechair.board.state import BoardState
@@ -28,7 +28,7 @@ _REFUSALS = {
 }
 
 
-class SettingsError(ToldError):
+class SettingsError(UserError):
     """A refusal or a board that does not answer: one line, what and what to do."""
 
 

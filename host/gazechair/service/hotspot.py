@@ -16,7 +16,7 @@ import subprocess
 from pathlib import Path
 
 from gazechair.base.state_folder import replace_file
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.people.pairing.show import qr_text
 
 NAME = "gazechair"
@@ -29,7 +29,7 @@ _LENGTH = 12  # letters: 59 bits
 _LIMIT_S = 45.0
 
 
-class HotspotError(ToldError):
+class HotspotError(UserError):
     """Raised when NetworkManager cannot or may not do it."""
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from gazechair.base import health as states
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.config.rules import to_toml
 from gazechair.config.settings import Config, FootprintConfig, LidarConfig
 from gazechair.sensing.lidar.device import S2, LidarError, find_port
@@ -28,7 +28,7 @@ _SILENT_S = 2.0
 Say = Callable[[str], None]
 
 
-class LidarCommandError(ToldError):
+class LidarCommandError(UserError):
     """Raised when no lidar can be used for the command."""
 
 

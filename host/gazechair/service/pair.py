@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from gazechair.base.sole_daemon import AlreadyRunning, no_daemon
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.people.pairing.desk import PairingDesk
 from gazechair.people.pairing.local import NotRunning, ask
 from gazechair.people.pairing.one_time import VALID_S
@@ -14,7 +14,7 @@ from gazechair.people.pairing.show import code_as_text, devices_as_text
 from gazechair.people.pairing.store import Device, StoreError
 
 
-class PairError(ToldError):
+class PairError(UserError):
     """Raised when a device cannot be paired, listed or revoked."""
 
 

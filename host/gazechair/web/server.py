@@ -16,7 +16,7 @@ from werkzeug.exceptions import HTTPException
 
 from gazechair.base.latest_value import Latest
 from gazechair.base.throttled_log import ThrottledLog
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.settings import Config, is_loopback, uses_tls
 from gazechair.driving.driver_port import DriverPort
@@ -48,7 +48,7 @@ log = logging.getLogger(__name__)
 throttled = ThrottledLog(log)
 
 
-class WebError(ToldError):
+class WebError(UserError):
     """Raised when the server can't start; one plain line: what, where, what to do."""
 
 

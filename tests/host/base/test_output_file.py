@@ -10,7 +10,7 @@ import pytest
 
 from fulldisk import full
 from gazechair.base.output_file import write_output
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 
 def test_it_replaces_what_was_there_through_a_link_too(tmp_path: Path) -> None:
@@ -33,7 +33,7 @@ def test_who_may_read_it_is_for_the_umask(tmp_path: Path) -> None:
 
 
 def test_a_folder_in_its_place_stays(tmp_path: Path) -> None:
-    with pytest.raises(ToldError, match="can't be written: Is a directory"):
+    with pytest.raises(UserError, match="can't be written: Is a directory"):
         write_output(tmp_path, b"")
     assert tmp_path.is_dir()
 
@@ -53,7 +53,7 @@ def test_on_a_full_disk_the_old_one_stays_and_no_half_one(
     path.write_bytes(b"old")
 
     monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(ToldError, match=r"plan\.svg can't be written: No space left on device"):
+    with pytest.raises(UserError, match=r"plan\.svg can't be written: No space left on device"):
         write_output(path, b"new")
     assert [one.name for one in tmp_path.iterdir()] == ["plan.svg"]
     assert path.read_bytes() == b"old"

@@ -9,7 +9,7 @@ import pytest
 
 from gazechair import cli, daemon
 from gazechair.base.sole_daemon import LOCK_NAME, AlreadyRunning, no_daemon, sole_daemon
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 
 def test_a_second_daemon_in_the_same_folder_is_refused_until_the_first_has_ended(
@@ -60,7 +60,7 @@ def test_the_folder_is_read_only_by_the_daemon_that_has_it(
             with pytest.raises(AlreadyRunning), no_daemon(tmp_path):
                 pass
             read.append(True)
-            raise ToldError("it has read enough")
+            raise UserError("it has read enough")
 
     monkeypatch.setattr(daemon, "Daemon", Reads)
     monkeypatch.setattr(cli.signal, "signal", lambda *_: None)

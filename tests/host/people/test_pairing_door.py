@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.people.pairing import Paired, local
 from gazechair.people.pairing.local import SOCKET_NAME, LocalDoor, NotRunning, ask
 from gazechair.people.pairing.store import StoreError
@@ -113,7 +113,7 @@ def test_a_refusal_is_told_by_all_who_ask(folder: Path, answer: bytes) -> None:
             lambda: pair.revoke(folder, "abc", say.append),
         ):
             reason = "too many are paired" if b"error" in answer else "an answer that is none"
-            with pytest.raises(ToldError, match=reason):
+            with pytest.raises(UserError, match=reason):
                 asks()
         thread.join(20)
         assert not say

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gazechair.plugins import NOTHING, STOP, Input, Intent, Mode, asked, choose, drive, hold, step
+from gazechair.plugins import NOTHING, STOP, Input, Intent, Mode, caller, choose, drive, hold, step
 from gazechair.plugins.exchange import (
     LONGEST,
     BadValue,
@@ -104,4 +104,4 @@ def test_an_input_that_senses_nothing_and_a_mode_that_drives_nowhere_cannot_be_b
 
     for plugin, missing in ((Deaf, "sense"), (Still, "drive")):
         with pytest.raises(TypeError, match=missing):
-            asked.build(plugin, "it", {})
+            caller.build(plugin, "it", {})

@@ -12,7 +12,7 @@ from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occ
 from gazechair.sensing.mapping.locating.localization import Localization
 from gazechair.sensing.mapping.locating.map_match import Look, MapMatch
 from gazechair.sensing.mapping.locating.open_directions import OpenDirections
-from gazechair.sensing.mapping.locating.told import told
+from gazechair.sensing.mapping.locating.pose_information import PoseInformation
 from gazesim.rooms import Room, Solid, box
 from homerig import points, scan
 
@@ -76,14 +76,18 @@ def test_what_tells_the_place_along_a_corridor(
     more: tuple[Solid, ...], open_: int, by_one: int
 ) -> None:
     room, chance = corridor(*more), np.random.default_rng(7)
-    seen = told(MapMatch(grid_of(room)).ndt, look(room, 0.3, chance), np.array((0.3, 0.0, 0.0)))
+    seen = PoseInformation.of(
+        MapMatch(grid_of(room)).ndt, look(room, 0.3, chance), np.array((0.3, 0.0, 0.0))
+    )
     assert (len(seen.open_axes), len(seen.by_one)) == (open_, by_one)
     assert all(abs(axis[0]) > 0.999 for axis in (*seen.open_axes, *seen.by_one))
 
 
 def test_one_thing_counts_where_odometry_agrees() -> None:
     room, chance = corridor(END), np.random.default_rng(7)
-    seen = told(MapMatch(grid_of(room)).ndt, look(room, 0.3, chance), np.array((0.3, 0.0, 0.0)))
+    seen = PoseInformation.of(
+        MapMatch(grid_of(room)).ndt, look(room, 0.3, chance), np.array((0.3, 0.0, 0.0))
+    )
     assert len(OpenDirections().axes(seen, np.array((0.01, 0.0)))) == 0
     assert len(OpenDirections().axes(seen, np.array((0.0, 0.3)))) == 0
     assert len(OpenDirections().axes(seen, np.array((-0.05, 0.0)))) == 1
@@ -101,6 +105,8 @@ def test_rough_cells_of_a_bare_wall_tell_nothing_along_it(seed: int) -> None:
         keys.append(KeyScan(pose, seen, np.zeros_like(seen), 0, 0, 0))
     match = MapMatch(occupancy_of(keys))
     seen = np.concatenate([look(room, 0.3, chance).points_m for _ in range(4)])
-    there = told(match.ndt, Look(seen, np.zeros_like(seen)), np.array((0.3, 0.0, 0.0)))
+    there = PoseInformation.of(
+        match.ndt, Look(seen, np.zeros_like(seen)), np.array((0.3, 0.0, 0.0))
+    )
     assert len(there.open_axes) == 1
     assert abs(there.open_axes[0][0]) > 0.999

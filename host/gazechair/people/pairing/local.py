@@ -22,7 +22,7 @@ from typing import Any
 from gazechair.base import json_text
 from gazechair.base.state_folder import set_aside
 from gazechair.base.throttled_log import ThrottledLog
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.people.pairing.desk import PairingDesk
 from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.store import ROLES, StoreError
@@ -41,7 +41,7 @@ class NotRunning(Exception):
     """Raised when no daemon listens in that state folder."""
 
 
-class RequestRefused(ToldError):
+class RequestRefused(UserError):
     """Raised when the daemon answers with the reason why it did not do it."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import distance_m, inside
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.sensing.lidar.blind import BINS, FAR_M, runs
 from gazechair.sensing.lidar.nodes import FloatArray
 from gazechair.sensing.lidar.scan import Arc, Pose, Scan
@@ -26,7 +26,7 @@ _HALF = BINS // 2
 BoolArray = NDArray[np.bool_]
 
 
-class MaskError(ToldError):
+class MaskError(UserError):
     """No mask can be learned here; the text is one plain line: why, what to do."""
 
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 
 def add(commands: Any) -> None:
@@ -66,7 +66,7 @@ def _import(options: argparse.Namespace) -> str:
     from gazechair.sensing.mapping.stored.store import FOLDER, MapStore
 
     if options.file.exists():
-        raise ToldError(f"{options.file} is there already; name another file, or remove it first")
+        raise UserError(f"{options.file} is there already; name another file, or remove it first")
     home = ros_map.read(options.yaml, options.file.stem)
     folder: Path = options.file.parent.resolve()
     try:
@@ -75,7 +75,7 @@ def _import(options: argparse.Namespace) -> str:
         else:
             home.save(options.file)
     except EditRefused as error:
-        raise ToldError(str(error)) from None
+        raise UserError(str(error)) from None
     return str(options.file)
 
 
@@ -88,5 +88,5 @@ def _back(options: argparse.Namespace) -> str:
         if MapStore(file.parent).take_back(file.stem):
             return f"{file} is what it was before its newest update by drives"
     except EditRefused as error:
-        raise ToldError(str(error)) from None
-    raise ToldError(f"{file}: no drive has changed it")
+        raise UserError(str(error)) from None
+    raise UserError(f"{file}: no drive has changed it")

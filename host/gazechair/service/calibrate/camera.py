@@ -33,7 +33,7 @@ def show(config: Config, say: Say) -> None:
 
 
 def take_picture(config: Config, path: Path, say: Say) -> None:
-    """Save the camera's picture. Raises ToldError."""
+    """Save the camera's picture. Raises UserError."""
     if config.camera.kind == "off":
         raise CalibrateError("no camera is configured: set [camera] kind")
     if path.exists():

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 
-class CalibrateError(ToldError):
+class CalibrateError(UserError):
     """The calibration cannot continue; the text is one line: what, where, what to do."""

@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import Any
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 
 def add(commands: Any) -> None:
@@ -38,7 +38,7 @@ def _bench(options: argparse.Namespace) -> int:
         finally:
             bus.close()
     except (KeyboardInterrupt, EOFError):
-        raise ToldError("stopped") from None
+        raise UserError("stopped") from None
     if options.json:
         print(bench.as_json())
     return 0 if good else 1

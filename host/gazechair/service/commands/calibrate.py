@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.config import configuration
 
 
@@ -52,9 +52,9 @@ def _heading(options: argparse.Namespace) -> int:
     try:
         HeadingCalibration(lambda line: print(line, flush=True)).run(options.port, options.seconds)
     except FlashError as error:
-        raise ToldError(str(error)) from None
+        raise UserError(str(error)) from None
     except KeyboardInterrupt:
-        raise ToldError("stopped; the board keeps the calibration it had") from None
+        raise UserError("stopped; the board keeps the calibration it had") from None
     return 0
 
 
@@ -68,7 +68,7 @@ def _joystick(options: argparse.Namespace) -> int:
                 board, lambda line: print(line, flush=True), sys.stdin.readline
             ).run()
     except KeyboardInterrupt:
-        raise ToldError("stopped; the neutral counts are as before") from None
+        raise UserError("stopped; the neutral counts are as before") from None
     return 0
 
 
@@ -80,7 +80,7 @@ def _camera(options: argparse.Namespace) -> int:
     seen = {name: getattr(options, name) for name in ("height_m", "down_deg", "field_deg")}
     try:
         if options.marks and not options.picture:
-            raise ToldError("--marks needs the --picture that they are in")
+            raise UserError("--marks needs the --picture that they are in")
         if options.marks:
             eye = ByEye(**{name: one for name, one in seen.items() if one is not None})
             camera.store(config, options.picture, options.marks, eye, print)
@@ -89,5 +89,5 @@ def _camera(options: argparse.Namespace) -> int:
         else:
             camera.show(config, print)
     except KeyboardInterrupt:
-        raise ToldError("stopped; nothing was changed") from None
+        raise UserError("stopped; nothing was changed") from None
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 
 def add(commands: Any) -> None:
@@ -25,5 +25,5 @@ def _flash(options: argparse.Namespace) -> int:
             options.port, options.dry_run, options.force
         )
     except FlashError as error:
-        raise ToldError(str(error)) from None
+        raise UserError(str(error)) from None
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.config import configuration
 from gazelink.settings_table import PROFILES
 
@@ -28,5 +28,5 @@ def _tune(options: argparse.Namespace) -> int:
     try:
         tune(settings, options.profile, options.dry_run, lambda line: print(line, flush=True))
     except KeyboardInterrupt:
-        raise ToldError("stopped; nothing was changed") from None
+        raise UserError("stopped; nothing was changed") from None
     return 0

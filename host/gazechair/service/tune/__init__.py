@@ -1,9 +1,9 @@
 """`gazechair tune`: measures on the chair how it turns and drives straight in a speed profile."""
 
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 
 
-class TuneError(ToldError):
+class TuneError(UserError):
     """Raised when tuning cannot continue or its data is poor."""
 
 

@@ -19,8 +19,8 @@ from gazechair.sensing.mapping.locating.candidate import Candidate, far_of, is_o
 from gazechair.sensing.mapping.locating.hold import Hold
 from gazechair.sensing.mapping.locating.map_match import Evidence, Look, MapMatch
 from gazechair.sensing.mapping.locating.open_directions import OpenDirections
+from gazechair.sensing.mapping.locating.pose_information import PoseInformation, fits_elsewhere
 from gazechair.sensing.mapping.locating.recent_looks import CELL_M, RecentLooks, Settled
-from gazechair.sensing.mapping.locating.told import Told, fits_elsewhere, told
 from gazechair.sensing.mapping.locating.uncertainty import (
     FOUND_M,
     KEPT_M,
@@ -232,7 +232,7 @@ class Localization:
         whole_m = CELL_M * len(agreement.agreed)
         shares = agreement.agreed_m / whole_m, agreement.contradicted_m / whole_m
         look = Look(from_frame(one.settled.surfaces_m, one.odometry), np.zeros(2))
-        seen = told(self._map.ndt, look, one.fitted.pose)
+        seen = PoseInformation.of(self._map.ndt, look, one.fitted.pose)
         doubtful = np.concatenate((seen.open_axes, seen.by_one))
         return self._location(one.fitted.pose, Evidence(*shares), look, seen, doubtful)
 
@@ -241,7 +241,7 @@ class Localization:
         pose: FloatArray,
         evidence: Evidence,
         look: Look,
-        seen: Told,
+        seen: PoseInformation,
         open_axes: FloatArray,
         held: FloatArray | None = None,
     ) -> Location:
@@ -264,7 +264,7 @@ class Localization:
         self._hold.move(self._odometry, odometry)
         held = compose(self._hold.pose, between(self._hold.odometry, odometry))
         there, sure = self._fit(look, guess, held)
-        seen = told(self._map.ndt, look, there)
+        seen = PoseInformation.of(self._map.ndt, look, there)
         off_m = guess[:2] - there[:2]
         open_axes = self._open.axes(seen, off_m)
         there[:2] += open_axes.T @ (open_axes @ off_m)

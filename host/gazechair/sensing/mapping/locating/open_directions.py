@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.locating.told import Told
+from gazechair.sensing.mapping.locating.pose_information import PoseInformation
 
 _PLACED_M = 0.03  # deviation of a pose that is set
 # How far a thing that alone tells otherwise than odometry may be off, with odometry's deviations.
@@ -33,7 +33,7 @@ class OpenDirections:
         """Odometry has been left by `moved_m`, (2,), for what one thing alone tells."""
         self._followed_m = self._followed_m + moved_m
 
-    def axes(self, seen: Told, off_m: FloatArray) -> FloatArray:
+    def axes(self, seen: PoseInformation, off_m: FloatArray) -> FloatArray:
         """(N, 2): those that a look leaves open where odometry is `off_m`, (2,), off the fit."""
         off_one_m = np.abs(seen.by_one @ (off_m + self._followed_m))
         contradicted = off_one_m > _OFF_M + _OFF_SIGMAS * self._grown_m

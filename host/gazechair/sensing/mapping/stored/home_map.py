@@ -18,7 +18,7 @@ import numpy as np
 from gazechair.base import json_text
 from gazechair.base.footprint import FloatArray
 from gazechair.base.state_folder import replace_file
-from gazechair.base.told import ToldError
+from gazechair.base.user_error import UserError
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.stored.places import Drawn, EditRefused, drawn_of
 
@@ -35,7 +35,7 @@ DAMAGE = (
 )
 
 
-class MapError(ToldError):
+class MapError(UserError):
     """Raised when a map cannot be used; the text is one plain line."""
 
 

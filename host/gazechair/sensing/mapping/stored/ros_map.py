@@ -47,7 +47,7 @@ class RosMapError(MapError):
 def write(home: HomeMap, folder: Path) -> Path:
     """Write `map.pgm`, `map.yaml` and `places.json` into the folder; the path of `map.yaml`.
 
-    Raises ToldError.
+    Raises UserError.
     """
     for name, content in files_of(home).items():
         write_output(folder / name, content)

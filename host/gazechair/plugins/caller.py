@@ -1,4 +1,4 @@
-"""Calls a plug-in once, in its own process, and turns its intent or output into a value."""
+"""Loads a plug-in in its own process, calls it, and turns its intent or output into a value."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gazechair.plugins.contract import NOTHING, Input, Intent, Mode, World, driv
 from gazechair.plugins.exchange import WORLD_OLD_S, Facts, Value
 
 # A step is repeated for this long, like a page's, so that a newer value does not hide it.
-_STEP_SAID_S = 0.15
+_STEP_REPEAT_S = 0.15
 _KINDS: dict[str, type[Input] | type[Mode]] = {"input": Input, "mode": Mode}
 
 
@@ -39,43 +39,46 @@ def facts(plugin: type[Any]) -> Facts:
     return Facts(about[:200], plugin.icon[:4], names, auto)
 
 
-class AskedInput:
-    """Numbers the presses of an input."""
+class InputCaller:
+    """Calls an input, and numbers its presses."""
 
     def __init__(self, plugin: Input) -> None:
         self._plugin = plugin
         self._sensed = NOTHING
-        self._said = NOTHING
-        self._said_till_s = 0.0
+        self._sent = NOTHING
+        self._repeated_till_s = 0.0
         self._press = 0
         self._stops = 0
 
-    def ask(self, now_s: float) -> Value:
-        """What its person wants."""
+    def call(self, now_s: float) -> Value:
+        """What its person wants now."""
         intent = self._plugin.sense(now_s)
         if not isinstance(intent, Intent):
             raise TypeError(f"sense() returned {intent!r}, which is no Intent")
         was, self._sensed = self._sensed, intent
         if intent.moves and (intent.do, intent.what) != (was.do, was.what):
             self._press += 1
-            self._said_till_s = now_s + _STEP_SAID_S
+            self._repeated_till_s = now_s + _STEP_REPEAT_S
         if intent.do == "stop" != was.do:
             self._stops += 1
-        if not (intent == NOTHING and self._said.do == "step" and now_s < self._said_till_s):
-            self._said = intent
-        return Value(now_s, self._press, self._said, self._stops, str(self._plugin.trouble()))
+        if not (intent == NOTHING and self._sent.do == "step" and now_s < self._repeated_till_s):
+            self._sent = intent
+        return Value(now_s, self._press, self._sent, self._stops, str(self._plugin.trouble()))
 
 
-class AskedMode:
-    """Asks a mode how to drive in each world that it receives."""
+class ModeCaller:
+    """Calls a mode with each world that is received."""
 
     def __init__(self, plugin: Mode) -> None:
         self._plugin = plugin
         self._press = 0
         self._since_s = 0.0
 
-    def ask(self, word: Mapping[str, Any], now_s: float) -> Value:
-        """`word`: from the daemon's word_of(); press 0 when nobody presses the mode."""
+    def call(self, word: Mapping[str, Any], now_s: float) -> Value:
+        """How it drives now.
+
+        `word`: from the daemon's word_of(); press 0 when nobody presses the mode.
+        """
         press, state_s = int(word["press"]), float(word["state_s"])
         trouble = str(self._plugin.trouble())
         if press != self._press:

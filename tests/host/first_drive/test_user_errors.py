@@ -59,13 +59,13 @@ def named_as(tree: ast.Module, name: str) -> list[str]:
 
 @pytest.mark.parametrize("source", SOURCES)
 def test_every_error_of_a_step_has_a_dutch_sentence_with_its_fields(source):
-    told = json.loads(NL.read_text("utf-8"))["told"]
+    texts = json.loads(NL.read_text("utf-8"))["errors"]
     for call, keys, fields in errors(source):
         assert keys or any(words in call for words in TERMINAL), call
         for key in keys:
-            assert set(re.findall(r"{(\w+)}", told[key])) <= fields, key
+            assert set(re.findall(r"{(\w+)}", texts[key])) <= fields, key
 
 
 def test_no_dutch_sentence_is_left_over():
-    told = json.loads(NL.read_text("utf-8"))["told"]
-    assert set(told) == {key for one in SOURCES for _, keys, _ in errors(one) for key in keys}
+    texts = json.loads(NL.read_text("utf-8"))["errors"]
+    assert set(texts) == {key for one in SOURCES for _, keys, _ in errors(one) for key in keys}

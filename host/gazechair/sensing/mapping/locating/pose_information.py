@@ -1,6 +1,6 @@
-"""What the map's surfaces that are seen tell of the pose, and the directions that they leave open.
+"""Information about the pose from the map's surfaces that are seen, and the open directions.
 
-A point on a wall tells nothing along the wall; what only one thing tells, which may have moved,
+A point on a wall gives none along the wall. What only one thing determines, which may have moved,
 counts where odometry agrees.
 """
 
@@ -32,8 +32,8 @@ _MORE, _MORE_SHARE, _POINTS, _FITS = 4, 0.02, 240, 6.0
 
 
 @dataclass(frozen=True)
-class Told:
-    """What a look tells of a pose in a map."""
+class PoseInformation:
+    """Information from one look about a pose in a map."""
 
     information: FloatArray
     """(3, 3), of x, y and heading; in the scale of ndt.Fit's."""
@@ -44,35 +44,37 @@ class Told:
     weak_axes: FloatArray
     """(N, 2): those that little determines."""
 
-
-def told(grid: NdtGrid, look: Look, pose: FloatArray) -> Told:
-    """What `look` tells if it was taken at `pose`."""
-    turn = rotation(pose[2]).T
-    turned = look.points_m @ turn
-    known, _, weights, squared = grid.at(turned + pose[:2], (look.origins_m - look.points_m) @ turn)
-    turned, (wxx, wxy, wyy) = turned[known], weights[known].T
-    robust = 1.0 / (1.0 + squared[known] / _LIMIT) ** 2
-    half, root = 0.5 * (wxx + wyy), np.hypot(0.5 * (wxx - wyy), wxy)
-    across, along = half + root, half - root
-    flat = across > _FLAT * along
-    angles = 0.5 * np.arctan2(2.0 * wxy, wxx - wyy)
-    tolerance = np.full(int(flat.sum()), _SAME_RAD)
-    main_rad = main_direction(angles[flat], robust[flat])
-    angles[flat] = straightened(angles[flat], tolerance, main_rad)
-    rows = np.stack((np.cos(angles), np.sin(angles)), axis=1)
-    ends = np.stack((-rows[:, 1], rows[:, 0]), axis=1)[~flat]
-    rows, at = np.concatenate((rows, ends)), np.concatenate((turned, turned[~flat]))
-    strength = np.concatenate((robust * across, (robust * along)[~flat]))
-    jacobian = np.column_stack((rows, rows[:, 1] * at[:, 0] - rows[:, 0] * at[:, 1]))
-    information = (jacobian.T * strength) @ jacobian
-    firm = information[:2, :2] - np.outer(information[:2, 2], information[2, :2]) / (
-        information[2, 2] + 1.0
-    )
-    found, axes = np.linalg.eigh(firm)
-    by_one = apart.Constraints(rows, at, strength / apart.CORRELATED).open_axes()
-    open_axes = axes.T[found < max(_LEAST, _LEAST_SHARE * found[1])]
-    weak_axes = axes.T[found < _WEAK * found[1]]
-    return Told(information, open_axes, np.array(by_one).reshape(-1, 2), weak_axes)
+    @classmethod
+    def of(cls, grid: NdtGrid, look: Look, pose: FloatArray) -> PoseInformation:
+        """The information in `look` if it was taken at `pose`."""
+        turn = rotation(pose[2]).T
+        turned = look.points_m @ turn
+        known, _, weights, squared = grid.at(
+            turned + pose[:2], (look.origins_m - look.points_m) @ turn
+        )
+        turned, (wxx, wxy, wyy) = turned[known], weights[known].T
+        robust = 1.0 / (1.0 + squared[known] / _LIMIT) ** 2
+        half, root = 0.5 * (wxx + wyy), np.hypot(0.5 * (wxx - wyy), wxy)
+        across, along = half + root, half - root
+        flat = across > _FLAT * along
+        angles = 0.5 * np.arctan2(2.0 * wxy, wxx - wyy)
+        tolerance = np.full(int(flat.sum()), _SAME_RAD)
+        main_rad = main_direction(angles[flat], robust[flat])
+        angles[flat] = straightened(angles[flat], tolerance, main_rad)
+        rows = np.stack((np.cos(angles), np.sin(angles)), axis=1)
+        ends = np.stack((-rows[:, 1], rows[:, 0]), axis=1)[~flat]
+        rows, at = np.concatenate((rows, ends)), np.concatenate((turned, turned[~flat]))
+        strength = np.concatenate((robust * across, (robust * along)[~flat]))
+        jacobian = np.column_stack((rows, rows[:, 1] * at[:, 0] - rows[:, 0] * at[:, 1]))
+        information = (jacobian.T * strength) @ jacobian
+        firm = information[:2, :2] - np.outer(information[:2, 2], information[2, :2]) / (
+            information[2, 2] + 1.0
+        )
+        found, axes = np.linalg.eigh(firm)
+        by_one = apart.Constraints(rows, at, strength / apart.CORRELATED).open_axes()
+        open_axes = axes.T[found < max(_LEAST, _LEAST_SHARE * found[1])]
+        weak_axes = axes.T[found < _WEAK * found[1]]
+        return cls(information, open_axes, np.array(by_one).reshape(-1, 2), weak_axes)
 
 
 def fits_elsewhere(grid: NdtGrid, look: Look, pose: FloatArray, axes: FloatArray) -> bool:
