@@ -21,16 +21,16 @@ class FakeLink:
         self.now: BoardState | None = QUIET
         self.statistics: BoardStats | None = None
         self.who: BoardId | None = BoardId("fake", "0.2.0", False, 1, 2, LIMITS)
-        self.said: list[tuple[Any, ...]] = []
+        self.sent: list[tuple[Any, ...]] = []
 
     def command(self, command: Command) -> None:
-        self.said.append(("command", command.verb, command.mode, command.owner))
+        self.sent.append(("command", command.verb, command.mode, command.owner))
 
     def order(self, action: int, owner: int) -> None:
-        self.said.append(("order", action, owner))
+        self.sent.append(("order", action, owner))
 
     def clearance(self, clearance: Clearance) -> None:
-        self.said.append(("clearance", clearance))
+        self.sent.append(("clearance", clearance))
 
     def state(self) -> BoardState | None:
         return self.now
@@ -39,14 +39,14 @@ class FakeLink:
         return self.statistics
 
     def bypass(self, bypass: Bypass | None) -> None:
-        self.said.append(("bypass", bypass))
+        self.sent.append(("bypass", bypass))
 
     def board(self) -> BoardId | None:
         return self.who
 
     def take(self) -> list[tuple[Any, ...]]:
-        said, self.said = self.said, []
-        return said
+        sent, self.sent = self.sent, []
+        return sent
 
 
 class Rig:

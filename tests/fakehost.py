@@ -177,7 +177,7 @@ class FakeHost:
     def __init__(self, listener: socket.socket | None = None) -> None:
         self.welcome: dict[str, Any] = dict(WELCOME)
         self.state: dict[str, Any] = dict(ARMED)
-        self.heard: list[dict[str, Any]] = []
+        self.received: list[dict[str, Any]] = []
         self.acknowledged: list[str] = []
         self.accepting = True
         self.token = 0
@@ -263,7 +263,7 @@ class FakeHost:
 
         @sock.route("/ws/control")
         def control(ws: Server) -> None:
-            self._serve(ws, "control", lambda text: self.heard.append(json.loads(text)))
+            self._serve(ws, "control", lambda text: self.received.append(json.loads(text)))
 
         @sock.route("/ws/video")
         def video(ws: Server) -> None:

@@ -64,11 +64,11 @@ class Scene:
         """Somebody comes up, stands 1.2 m before the chair, and is chosen."""
         for k in range(30):
             far = 3.35 - 0.05 * k
-            said = self.look([*legs((far, 0.0), 0.05 * k), *(others or [])])
+            followed = self.look([*legs((far, 0.0), 0.05 * k), *(others or [])])
         self.follower.choose(self.at_s)
         for _ in range(24):
-            said = self.look([*legs((1.85, 0.0)), *(others or [])])
-        return said
+            followed = self.look([*legs((1.85, 0.0)), *(others or [])])
+        return followed
 
 
 def _hall(x: Array, y: Array, angles: Array) -> Array:

@@ -18,7 +18,7 @@ from livehost import NEUTRAL_OUTPUT, STOP, LiveHost
 # Wall time a condition may take: the emulation keeps up with real time, but machines stall.
 LIMIT_S = 120.0
 NOBODY_S = 1.0  # the same where there is nobody to answer
-SAID = 300  # characters of what an emulation said before it ended; its registers follow
+PRINTED = 300  # characters of what an emulation said before it ended; its registers follow
 STEP_S = 0.001
 NEUTRAL = (170, 170)
 # The flashed main.py with something in between; a script runs in place of it at one boot only.
@@ -41,8 +41,8 @@ class Emulation(EmulatedBoard):
     def poll(self) -> None:
         """Raises EmulationEnded where a simulation would take that for a reset."""
         if self._process is not None and (code := self._process.poll()) is not None:
-            said = (self._folder / "board.log").read_text(errors="replace")[:SAID].strip()
-            raise EmulationEnded(f"QEMU ended with {code}: {said or 'it said nothing'}")
+            printed = (self._folder / "board.log").read_text(errors="replace")[:PRINTED].strip()
+            raise EmulationEnded(f"QEMU ended with {code}: {printed or 'it printed nothing'}")
         super().poll()
 
 
@@ -77,7 +77,7 @@ class LiveBoard:
         host = self.host
         return (
             f"hellos {host.hellos[-1:]}, state {host.state}, stats {host.stats},"
-            f" heard {bytes(host.heard[-300:])!r}"
+            f" heard {bytes(host.received[-300:])!r}"
         )
 
     def connect(self) -> None:
@@ -233,5 +233,5 @@ class EmulatedLiveBoard(LiveBoard):
 class Flashed(NamedTuple):
     """A factory-new emulated Teensy after `gazechair flash`: what that said, and its memory."""
 
-    said: str
+    printed: str
     flash: bytes

@@ -28,7 +28,7 @@ def shown(person):
 def moves(person):
     """What moved or stopped since the last call, without repetitions."""
     kinds = []
-    for m in person.heard("cmd", "mode", "stop"):
+    for m in person.received("cmd", "mode", "stop"):
         what = (m["k"], m.get("verb") or m.get("mode"), m.get("edge"))
         if not kinds or kinds[-1] != what:
             kinds.append(what)

@@ -14,10 +14,10 @@ def remembered(owner: object, name: str, key: Callable[..., Hashable]) -> Iterat
     known: dict[Hashable, tuple[tuple[Any, ...], Any]] = {}
 
     def answer(*arguments: Any) -> Any:
-        asked = key(*arguments)
-        if asked not in known:  # arguments are kept: else the id of one may become another's
-            known[asked] = arguments, plain(*arguments)
-        return known[asked][1]
+        place = key(*arguments)
+        if place not in known:  # arguments are kept: else the id of one may become another's
+            known[place] = arguments, plain(*arguments)
+        return known[place][1]
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(owner, name, answer)

@@ -131,9 +131,9 @@ class Driver:
         for start in range(0, ms, PART_MS):
             part_ms = min(PART_MS, ms - start)
             token = self.host.say_state()
-            said = [[at, self.host.coming_state(at)] for at in range(100, part_ms, 100)]
+            sent = [[at, self.host.coming_state(at)] for at in range(100, part_ms, 100)]
             moves = [] if spot is None else self._trembles(part_ms, *spot)
-            self._taken_in(token, there, {"said": said, "moves": moves, "ms": part_ms})
+            self._taken_in(token, there, {"said": sent, "moves": moves, "ms": part_ms})
             self.host.now_ms += part_ms
             there = []
 
@@ -176,7 +176,7 @@ class Driver:
         self.advance(350, look=(0.5, 0.6))
         self.advance(650, look=target)
 
-    def heard(self, *kinds: str) -> list[dict[str, Any]]:
+    def received(self, *kinds: str) -> list[dict[str, Any]]:
         """All messages of these kinds that the page has sent until now."""
         self.host._marks += 1
         mark = {"k": "mark", "n": self.host._marks}
@@ -185,17 +185,17 @@ class Driver:
             "?.send(text)",
             json.dumps(mark),
         )
-        wait_until(lambda: mark in self.host.heard, "the page's messages")
-        return [message for message in self.host.heard if message["k"] in kinds]
+        wait_until(lambda: mark in self.host.received, "the page's messages")
+        return [message for message in self.host.received if message["k"] in kinds]
 
     def newest(self) -> dict[str, Any]:
         """The newest message that moves or stops the chair."""
-        return self.heard("cmd", "stop")[-1]
+        return self.received("cmd", "stop")[-1]
 
     def forget(self) -> None:
         """Discards the messages received until now."""
-        self.heard()
-        self.host.heard.clear()
+        self.received()
+        self.host.received.clear()
 
     def screenshot(self, name: str) -> None:
         save(self.page, name)

@@ -46,9 +46,9 @@ class Scanner(Driver):
         self.down()
         self.advance(100)
 
-    def said(self):
+    def sent(self):
         """What moved or stopped since the last call, without repetitions."""
-        kinds = [(m["k"], m.get("verb"), m.get("edge")) for m in self.heard("cmd", "stop")]
+        kinds = [(m["k"], m.get("verb"), m.get("edge")) for m in self.received("cmd", "stop")]
         self.forget()
         return [kind for n, kind in enumerate(kinds) if n == 0 or kinds[n - 1] != kind]
 

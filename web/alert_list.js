@@ -14,7 +14,7 @@ export class AlertList {
   #changed;
   #revision; // that is shown, or being fetched
   #alerts = [];
-  #asked = 0; // requests sent
+  #requests = 0; // sent
 
   /** `changed(open)` receives the alerts that nobody has acknowledged. */
   constructor(root, strings, changed) {
@@ -48,14 +48,14 @@ export class AlertList {
 
   /** Answers may overtake each other: only that of the newest request is shown. */
   async #ask(request) {
-    const asked = (this.#asked += 1);
+    const number = (this.#requests += 1);
     let answer = {};
     try {
       answer = await (await fetch("/alerts", request)).json();
     } catch (error) {
       console.warn(`alerts: ${error.message}`);
     }
-    if (asked !== this.#asked) return;
+    if (number !== this.#requests) return;
     if (answer.alerts) this.#show(answer);
     else setTimeout(() => (this.#revision = null), RETRY_MS);
   }

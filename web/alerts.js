@@ -12,7 +12,7 @@ export class Alerts {
   #seen = new Set();
   #open = new Set(); // alerts that nobody has acknowledged, except a call
   #againAt = 0;
-  #heardMs = null;
+  #stateMs = null;
 
   constructor(tones) {
     this.#tones = tones;
@@ -24,7 +24,7 @@ export class Alerts {
 
   /** Takes the host's state: a call for help and an error are reasons. */
   update({ call, level, message }, now) {
-    this.#heardMs = now;
+    this.#stateMs = now;
     const reasons = new Set(this.#open);
     if (call) reasons.add("call");
     if (level === "error") reasons.add(message);
@@ -41,7 +41,7 @@ export class Alerts {
 
   /** Advances the time; call it often. */
   tick(now) {
-    if (this.#heardMs !== null && now - this.#heardMs > LOST_MS && !this.#reasons.has("lost")) {
+    if (this.#stateMs !== null && now - this.#stateMs > LOST_MS && !this.#reasons.has("lost")) {
       this.#change(new Set([...this.#reasons, "lost"]), now);
     }
     const open = [...this.#reasons].some((reason) => !this.#seen.has(reason));

@@ -13,7 +13,7 @@ document.head.append(link);
 document.getElementById("forward").append(sign);
 
 /** null: asked again with the next state. */
-async function fetchWords(language) {
+async function fetchTexts(language) {
   labels = {};
   labels = await tableOf(language, "assist").then(
     (table) => table.labels,
@@ -25,7 +25,7 @@ async function fetchWords(language) {
 export function show(news, { language }) {
   sign.hidden = !news;
   if (!news) return;
-  if (!labels) fetchWords(language);
+  if (!labels) fetchTexts(language);
   const [works, steers, waits] = news;
   sign.dataset.acts = works && (steers || waits);
   const does = waits ? "assist_waits" : steers ? "assist_steers" : "assist_on";

@@ -9,7 +9,7 @@ export class AutoRide {
   /** The mode that drives, and the one that was ended before its goal; "" for none. */
   mode = "";
   over = "";
-  #saidAt = -Infinity;
+  #sentAt = -Infinity;
 
   /** `watch()`: somebody looks. */
   constructor(watch) {
@@ -17,8 +17,8 @@ export class AutoRide {
     addEventListener("pointermove", (event) => {
       if (event.defaultPrevented || still(event)) return;
       const now = performance.now();
-      if (!this.mode || document.hidden || now - this.#saidAt < WATCH_MS) return;
-      this.#saidAt = now;
+      if (!this.mode || document.hidden || now - this.#sentAt < WATCH_MS) return;
+      this.#sentAt = now;
       watch();
     });
   }

@@ -1,18 +1,18 @@
 // An auto motion on the caretaker's page: goal, path, why it stands; a pause.
 // It comes last, and keeps its place: nothing moves under a finger.
 
-import { ARRIVED, goingWords } from "./going.js";
-import { atTouch } from "./held.js";
+import { ARRIVED, goingTexts } from "./going.js";
+import { atTouch } from "./held_button.js";
 import { MapPicture } from "./map_picture.js";
 import { MapView } from "./map_view.js";
 
 /** The part, in `root`. `on` receives pause(), tone(shape). Throws when its texts do not load. */
 export async function careGoing(root, strings, on) {
-  return new CareGoing(root, await goingWords(strings), on);
+  return new CareGoing(root, await goingTexts(strings), on);
 }
 
 class CareGoing {
-  #words;
+  #texts;
   #on;
   #box = document.createElement("div");
   #line = document.createElement("p");
@@ -22,13 +22,13 @@ class CareGoing {
   #picture;
   #state = "";
 
-  constructor(root, words, on) {
-    [this.#words, this.#on] = [words, on];
+  constructor(root, texts, on) {
+    [this.#texts, this.#on] = [texts, on];
     [this.#box.id, this.#canvas.id, this.#line.dir] = ["going", "going-map", "auto"];
     this.#line.setAttribute("role", "status");
     this.#canvas.setAttribute("aria-hidden", "true");
     this.#pause.type = "button";
-    this.#pause.textContent = words.label("going_pause");
+    this.#pause.textContent = texts.label("going_pause");
     atTouch(this.#pause, on.pause);
     this.#box.append(this.#line, this.#canvas, this.#pause);
     root.append(this.#box);
@@ -41,8 +41,8 @@ class CareGoing {
     this.#box.classList.toggle("shown", Boolean(going));
     this.#pause.classList.toggle("shown", rides);
     if (!going) return;
-    const { text, do: advice } = this.#words.texts(going);
-    const line = [text, rides ? this.#words.left(going) : advice].filter(Boolean).join(" ");
+    const { text, do: advice } = this.#texts.status(going);
+    const line = [text, rides ? this.#texts.left(going) : advice].filter(Boolean).join(" ");
     if (this.#line.textContent !== line) this.#line.textContent = line;
     const before = this.#state;
     this.#state = going.state;

@@ -9,7 +9,7 @@ import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
 import { Gamepads } from "./gamepad.js";
 import { setHeartbeat } from "./heartbeat.js";
-import { atTouch, Held } from "./held.js";
+import { atTouch, HeldButton } from "./held_button.js";
 import { WORDS_MS } from "./help.js";
 import { Joystick } from "./joystick.js";
 import { ObstacleLine } from "./line.js";
@@ -88,8 +88,8 @@ const joystick = new Joystick(byId("pad"), byId("knob"), {
 });
 
 const gamepads = new Gamepads({
-  lean: (place, fresh) => joystick.lean(place, fresh),
-  letGo: () => joystick.unlean(),
+  moveTo: (place, fresh) => joystick.moveTo(place, fresh),
+  letGo: () => joystick.release(),
   stop,
 });
 /** Only a visible page with focus drives. */
@@ -99,18 +99,18 @@ function lookAtGamepads() {
 }
 
 let bypassEdge = 0;
-const bypass = new Held(byId("bypass"), {
+const bypass = new HeldButton(byId("bypass"), {
   begin: () => (bypassEdge = edge += 1),
   held: () => socket.sendFresh("bypass", { held: true, edge: bypassEdge }),
   end: () => socket.send("bypass", { held: false }),
 });
-const watching = new Held(byId("watch"), {
+const watching = new HeldButton(byId("watch"), {
   begin() {},
   held: () => socket.sendFresh("watch", {}),
   end() {},
 });
 let resetSince = null;
-const reset = new Held(byId("reset"), {
+const reset = new HeldButton(byId("reset"), {
   begin: () => (resetSince = performance.now()),
   held() {
     if (resetSince === null || performance.now() - resetSince < RESET_HOLD_MS) return;
@@ -250,7 +250,7 @@ const press = (id, act) => byId(id).addEventListener("click", act);
 function stop(kind = "stop") {
   const sent = socket.send(kind);
   endAll();
-  if (kind === "stop") stopSeen.asked(sent, performance.now());
+  if (kind === "stop") stopSeen.sent(sent, performance.now());
 }
 for (const kind of ["stop", "emergency"]) atTouch(byId(kind), () => stop(kind));
 press("take", () => {

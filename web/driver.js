@@ -71,7 +71,7 @@ const eyes = new Eyes(strings, {
 });
 
 let state = null; // the host's newest state
-let asked = null; // the active verb
+let active = null; // the verb of the active press
 let clicksAlone = 0;
 let driving = false; // for the start tone
 let armWordsMs = -WORDS_MS; // since when "Rijden aan" or "Rijden uit" says so
@@ -82,7 +82,7 @@ const acts = {
     if (since < armWordsMs || nowMs() - armWordsMs < WORDS_MS) return;
     if (practice.on) return [practice.arm(), showState(state, nowMs())];
     if (state?.state !== "disarmed") return socket.send("disarm");
-    if (socket.sendFresh("arm")) hint.asked(nowMs());
+    if (socket.sendFresh("arm")) hint.sent(nowMs());
   },
   mode() {
     const next = AFTER[dataset.mode];
@@ -99,7 +99,7 @@ for (let at = 1; at <= 5; at += 1) acts[`tile-${at}`] = () => menu.act(at);
 
 const targets = new Targets({
   drive(verb, mode, edge) {
-    asked = verb;
+    active = verb;
     used();
     const held = plugins.part?.mode(verb);
     if (practice.on) practice.drive(held ?? verb, edge);
@@ -110,9 +110,9 @@ const targets = new Targets({
     if (practice.armed || state?.you) tones.play("start");
   },
   stop(chosen) {
-    if (chosen) stopSeen.asked(socket.send("stop"), nowMs());
+    if (chosen) stopSeen.sent(socket.send("stop"), nowMs());
     // Another driver is stopped by looking at Stop, not by looking away from this page.
-    else if (!plugins.part?.auto(asked) && (state?.you ?? true)) socket.send("stop");
+    else if (!plugins.part?.auto(active) && (state?.you ?? true)) socket.send("stop");
     ended();
   },
   act: (name, since) => [plugins.part?.act(name), acts[name]?.(since)],
@@ -198,7 +198,7 @@ function showState(news, now) {
   setText("arm-label", strings.label(shown === "disarmed" ? "arm" : "disarm"));
   const left = armed && autoOff.countdown(now);
   setText("arm-state", left ? `${strings.label("off_in")} ${left} s` : strings.label(shown));
-  facts.update(news, asked);
+  facts.update(news, active);
   line.update(news);
   report(now);
   hint.update(messages.now.words, shown, practice.on ? "none" : news.arm_reason, now);
@@ -213,7 +213,7 @@ function report(now) {
 
 /** A held command has ended. */
 function ended() {
-  asked = null;
+  active = null;
   if (driving) tones.play("stop");
   driving = false;
 }

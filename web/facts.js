@@ -21,12 +21,12 @@ export class Facts {
     this.#names = names;
   }
 
-  /** `news`: the host's state; `asked`: the verb this page commands, null for none. */
-  update(news, asked) {
+  /** `news`: the host's state; `verb`: the verb this page commands, null for none. */
+  update(news, verb) {
     const label = (key) => this.#strings.label(key);
     const owner = `owner_${news.owner}`;
     setText("owner", label(news.you ? "you" : (this.#names[owner] ?? owner)));
-    setText("asked", ARROWS[asked] ?? "");
+    setText("verb", ARROWS[verb] ?? "");
     setText("motion", `${label(`motion_${news.motion}`)}${this.#speed(news)}`);
     setData("moving", this.#moving(news));
   }

@@ -2,8 +2,8 @@
 
 import { button, element, put } from "./elements.js";
 import { FloorMarks } from "./floor_marks.js";
-import { firstWords } from "./first_words.js";
-import { Held } from "./held.js";
+import { firstTexts } from "./first_texts.js";
+import { HeldButton } from "./held_button.js";
 import { post } from "./post.js";
 
 const POLL_MS = 500;
@@ -25,27 +25,27 @@ const offer = (select, options) => {
 
 /** The list, ready to be shown; throws when its texts do not load. */
 export async function firstDrive(root, strings, on) {
-  return new FirstDrive(root, await firstWords(strings), on);
+  return new FirstDrive(root, await firstTexts(strings), on);
 }
 
 /** `on`: hold(step, edge), letGo() and edge(); people(): [[id, name]] and choose(id). */
 class FirstDrive {
   #root;
-  #words;
+  #texts;
   #on;
   #rows = new Map();
   #open = null; // the step that is shown
   #held = [];
-  #askedMs = -Infinity;
+  #polledMs = -Infinity;
   #asking = false;
   #status = null;
   #marks;
 
-  constructor(root, words, on) {
+  constructor(root, texts, on) {
     this.#root = root;
-    this.#words = words;
+    this.#texts = texts;
     this.#on = on;
-    this.#marks = new FloorMarks(words, (value) => this.#post({ run: "camera", value }));
+    this.#marks = new FloorMarks(texts, (value) => this.#post({ run: "camera", value }));
   }
 
   /** Ends every hold. */
@@ -55,8 +55,8 @@ class FirstDrive {
 
   tick(now) {
     for (const held of this.#held) held.tick(now);
-    if (this.#asking || now - this.#askedMs < POLL_MS) return;
-    this.#askedMs = now;
+    if (this.#asking || now - this.#polledMs < POLL_MS) return;
+    this.#polledMs = now;
     this.load();
   }
 
@@ -76,7 +76,7 @@ class FirstDrive {
   /** Shows the reason until the host's next answer. */
   #reasonText(reason) {
     const row = this.#rows.get(this.#open);
-    const text = this.#words.reason(reason);
+    const text = this.#texts.reason(reason);
     if (row) put(row.status, text);
     return text;
   }
@@ -101,7 +101,7 @@ class FirstDrive {
       else refusal = request.method ? this.refused(answer.reason) : this.#reasonText(answer.reason);
     } catch (error) {
       console.warn(`first drive: ${error.message}`);
-      refusal = this.#words.reason("no_answer");
+      refusal = this.#texts.reason("no_answer");
     }
     this.#asking = false;
     return refusal;
@@ -118,13 +118,13 @@ class FirstDrive {
     for (const [at, { step, choices }] of steps.entries()) {
       list.append(this.#step(step, at + 1, choices));
     }
-    this.#root.replaceChildren(element("p", "note", this.#words.label("first_intro")), list);
+    this.#root.replaceChildren(element("p", "note", this.#texts.label("first_intro")), list);
     this.#choose((steps.find(({ done }) => !done) ?? steps[0]).step);
   }
 
   /** A step: a head that opens it, and what is in it. */
   #step(step, number, choices) {
-    const label = (key, fields) => this.#words.label(key, fields);
+    const label = (key, fields) => this.#texts.label(key, fields);
     const item = element("li");
     const head = element("button", "head");
     head.type = "button";
@@ -157,13 +157,13 @@ class FirstDrive {
   }
 
   #hold(step, controls) {
-    const words = { step: this.#words.label(`first_${step}`) };
-    const held = element("button", "held strong", this.#words.label("first_hold_button", words));
+    const fields = { step: this.#texts.label(`first_${step}`) };
+    const held = element("button", "held strong", this.#texts.label("first_hold_button", fields));
     held.type = "button";
     controls.append(held);
     let edge = 0;
     this.#held.push(
-      new Held(held, {
+      new HeldButton(held, {
         begin: () => {
           this.#forget();
           edge = this.#on.edge();
@@ -175,7 +175,7 @@ class FirstDrive {
   }
 
   #begin(step, controls, choices) {
-    const label = (key) => this.#words.label(key);
+    const label = (key) => this.#texts.label(key);
     let value = () => undefined;
     let act = () => this.#post({ run: step, value: value() });
     if (step === "distance") {
@@ -204,7 +204,7 @@ class FirstDrive {
   #answers(step, row, asks) {
     if (row.asks === asks || step !== "neutral") return;
     row.asks = asks;
-    const label = (key) => this.#words.label(key);
+    const label = (key) => this.#texts.label(key);
     const answers = {
       unplugged: [["first_unplugged", "unplugged"]],
       linear: [
@@ -226,13 +226,13 @@ class FirstDrive {
   #update(row, run) {
     const { step, done, refused } = row;
     const mine = this.#rows.get(step);
-    const label = (key, fields) => this.#words.label(key, fields);
+    const label = (key, fields) => this.#texts.label(key, fields);
     mine.item.dataset.done = done;
     put(mine.mark, label(done ? "first_done" : "first_open"));
     if (step === "camera") this.#markRow(row, run);
     if (step !== this.#open) return;
     if (step === "person") offer(mine.controls.querySelector("select"), this.#on.people());
-    put(mine.fact, this.#words.fact(row));
+    put(mine.fact, this.#texts.fact(row));
     const runs = run.step === step;
     this.#answers(step, mine, runs ? run.asks : "");
     const status = this.#statusOf(step, runs, refused, run);
@@ -246,12 +246,12 @@ class FirstDrive {
   #markRow(row, run) {
     const ended = run.step !== "camera" && run.ended?.step === "camera" ? run.ended : null;
     const status = ended && this.#statusOf("camera", false, "", run);
-    const text = ended?.ok ? `${status} ${this.#words.fact(row)}` : status;
+    const text = ended?.ok ? `${status} ${this.#texts.fact(row)}` : status;
     this.#marks.update(row, text, ended && { ...ended.fields });
   }
 
   #statusOf(step, runs, refused, { asks, pulses, straight, ended }) {
-    const label = (key, fields) => this.#words.label(key, fields);
+    const label = (key, fields) => this.#texts.label(key, fields);
     if (runs) {
       if (asks === "linear" || asks === "turn") {
         return label(asks === "turn" ? "first_turn_pin" : "first_linear");
@@ -261,10 +261,10 @@ class FirstDrive {
     }
     const last = ended?.step === step ? ended : null;
     if (last && !last.ok) {
-      const detail = last.reason === "first_failed" ? this.#words.failure(last) : "";
-      return `${this.#words.reason(last.reason)} ${detail}`.trim();
+      const detail = last.reason === "first_failed" ? this.#texts.failure(last) : "";
+      return `${this.#texts.reason(last.reason)} ${detail}`.trim();
     }
-    if (refused) return this.#words.reason(refused);
+    if (refused) return this.#texts.reason(refused);
     return last ? label("first_well") : "";
   }
 }

@@ -15,7 +15,7 @@ const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDo
 const CROSS_PX = 14;
 
 /** A mark; `at`: where it is seen, as fractions of the picture. */
-const asked = ([ahead, left]) => ({ ahead, aside: Math.abs(left), side: left < 0 ? -1 : 1 });
+const unset = ([ahead, left]) => ({ ahead, aside: Math.abs(left), side: left < 0 ? -1 : 1 });
 const within = (share) => Math.min(1, Math.max(0, share));
 
 /** A new element in `parent`; its class is its name. */
@@ -27,10 +27,10 @@ const made = (name, parent, text = "") => {
 };
 
 export class FloorMarks {
-  #words;
+  #texts;
   #post;
-  #marks = PLACES.map(asked);
-  #now = 0; // the mark being asked for
+  #marks = PLACES.map(unset);
+  #now = 0; // the mark to place now
   #worst = -1;
   #zoom = 1;
   #status = null; // the fit's result; null: none since a mark changed
@@ -44,15 +44,15 @@ export class FloorMarks {
   #grip = null; // the finger that moves the picture: {id, x, y}, pixels
 
   /** `post(value)` has the host fit the marks; resolves to a refusal, or undefined. */
-  constructor(words, post) {
-    [this.#words, this.#post] = [words, post];
+  constructor(texts, post) {
+    [this.#texts, this.#post] = [texts, post];
     addEventListener("resize", () => this.#draw());
   }
 
   open() {
     if (this.#sheet || this.#row?.refused || !this.#row?.size) return;
     const sheet = made("section", document.body);
-    [sheet.id, sheet.ariaLabel] = ["marking", this.#words.label("first_camera")];
+    [sheet.id, sheet.ariaLabel] = ["marking", this.#texts.label("first_camera")];
     this.#sheet = sheet;
     this.#parts = { ...this.#picture(sheet), ...this.#panel(sheet) };
     this.#go(this.#now);
@@ -62,7 +62,7 @@ export class FloorMarks {
   #picture(sheet) {
     const floor = made("div", sheet);
     [floor.className, floor.tabIndex, floor.role] = ["floor", 0, "application"];
-    floor.ariaLabel = this.#words.label("first_marks_picture");
+    floor.ariaLabel = this.#texts.label("first_marks_picture");
     floor.append(this.#view);
     const over = svg("svg", { "aria-hidden": true });
     floor.append(over);
@@ -75,7 +75,7 @@ export class FloorMarks {
     return { floor, over };
   }
 
-  /** What is asked, the mark's place on the floor, and the buttons. */
+  /** What to do, the mark's place on the floor, and the buttons. */
   #panel(sheet) {
     const panel = made("div", sheet);
     panel.className = "panel";
@@ -86,7 +86,7 @@ export class FloorMarks {
     const controls = made("div", panel);
     controls.className = "controls";
     const button = (key, act, kind = "") => {
-      const one = made("button", controls, this.#words.label(key));
+      const one = made("button", controls, this.#texts.label(key));
       [one.type, one.className] = ["button", kind];
       one.addEventListener("click", act);
       return one;
@@ -100,7 +100,7 @@ export class FloorMarks {
   }
 
   #fields(panel) {
-    const label = (key) => this.#words.label(key);
+    const label = (key) => this.#texts.label(key);
     const place = made("div", panel);
     place.className = "place";
     const number = (key) => {
@@ -153,7 +153,7 @@ export class FloorMarks {
     const rows = given.map(({ at, ahead, aside, side }) => {
       return [...at.map(share), ahead, aside * side];
     });
-    this.#status = this.#words.label("first_running");
+    this.#status = this.#texts.label("first_running");
     this.#draw();
     const refusal = await this.#post(rows);
     this.#waits = !refusal;
@@ -252,7 +252,7 @@ export class FloorMarks {
     const [left, top] = zoom === 1 ? [0, 0] : mark.at.map((share) => 0.5 - share * zoom);
     const moved = `translate(${100 * left}%, ${100 * top}%) scale(${zoom})`;
     this.#view.style.setProperty("--zoom", moved);
-    const label = (key, fields) => this.#words.label(key, fields);
+    const label = (key, fields) => this.#texts.label(key, fields);
     const known = this.#marks.filter(({ at }) => at).length;
     const n = this.#now + 1;
     const seen = mark.at ? "first_marks_again" : "first_marks_place";

@@ -27,7 +27,7 @@ export function shaped(x, y) {
 }
 
 /** The request from this pad: {x, y, stop}; x and y 0: nothing. */
-export function asked({ axes, buttons, mapping }) {
+export function requested({ axes, buttons, mapping }) {
   const pressed = (at) => Boolean(buttons[at]?.pressed);
   const standard = mapping === "standard";
   let [x, y] = [0, 0];
@@ -43,7 +43,7 @@ export function asked({ axes, buttons, mapping }) {
 }
 
 /**
- * One hand at one of the connected pads: `on` receives lean(place, fresh), which returns whether
+ * One hand at one of the connected pads: `on` receives moveTo(place, fresh), which returns whether
  * that press lives, place {x, y} of -1..1 right and down; letGo(), and stop() for its stop buttons.
  *
  * A pad must have been seen in its middle before it can press: since it was connected, since
@@ -62,7 +62,7 @@ export class Gamepads {
   /** `pads` from navigator.getGamepads(); `ready`: they may drive, and the page is visible. */
   look(pads, ready) {
     const here = pads.filter((pad) => pad?.connected && pad.axes.length >= 2);
-    const names = new Map(here.map((pad) => [`${pad.index} ${pad.id}`, asked(pad)]));
+    const names = new Map(here.map((pad) => [`${pad.index} ${pad.id}`, requested(pad)]));
     for (const name of [...this.#centred]) {
       if (!ready || !names.has(name)) this.#centred.delete(name);
     }
@@ -79,9 +79,9 @@ export class Gamepads {
         if (this.#held === name) this.#end();
         this.#centred.add(name);
       } else if (this.#held === name) {
-        if (!this.#on.lean({ x, y }, false)) this.#held = null;
+        if (!this.#on.moveTo({ x, y }, false)) this.#held = null;
       } else if (this.#centred.delete(name) && this.#held === null) {
-        if (this.#on.lean({ x, y }, true)) this.#held = name;
+        if (this.#on.moveTo({ x, y }, true)) this.#held = name;
       }
     }
   }

@@ -12,12 +12,12 @@ export const ARRIVED = [
 ];
 
 /** The texts in this language, else in Dutch. Throws when the host does not answer. */
-export async function goingWords(strings) {
-  return new GoingWords(await tableOf(strings.language, "going"), strings);
+export async function goingTexts(strings) {
+  return new GoingTexts(await tableOf(strings.language, "going"), strings);
 }
 
 /** Texts about `going` in the host's state. */
-class GoingWords {
+class GoingTexts {
   #table;
   #strings;
 
@@ -37,7 +37,7 @@ class GoingWords {
   }
 
   /** {text, do}: what the chair does, or why it stands, and what to do. */
-  texts({ kind, state, reason, name }) {
+  status({ kind, state, reason, name }) {
     const { text, do: advice } = this.#message(kind, reason, `going_${state}`);
     return { text: text.replace("{name}", () => isolated(cut(name, NAME))), do: advice };
   }
@@ -57,7 +57,7 @@ class GoingWords {
   /** The motion's state, if the page's sentence, `message`, is that all is OK; else `message`. */
   sentence(message, going) {
     if (!going || message.level !== "ok") return message;
-    const texts = this.texts(going);
+    const texts = this.status(going);
     const left = going.state === "drives" ? this.left(going) : "";
     const level = going.state === "ended" || going.state === "blocked" ? "warning" : "ok";
     const advice = left || texts.do;

@@ -11,7 +11,7 @@ export class Hint {
   scans = false;
   #strings;
   #refused;
-  #askedMs = null;
+  #sentMs = null;
   #shown = null;
 
   /** `refused(key)` is called when the board did not arm. */
@@ -20,28 +20,28 @@ export class Hint {
     this.#refused = refused;
   }
 
-  /** The driver has asked to arm. */
-  asked(now) {
-    this.#askedMs = now;
+  /** A request to arm was sent. */
+  sent(now) {
+    this.#sentMs = now;
   }
 
   /** True until that is answered. */
   get asks() {
-    return this.#askedMs !== null;
+    return this.#sentMs !== null;
   }
 
   /** The host has refused, with a reason. */
   answered() {
-    this.#askedMs = null;
+    this.#sentMs = null;
   }
 
   /** `key`: the sentence; `state` and `armReason`: from the host. */
   update(key, state, armReason, now) {
     this.#show(key === "ready" && this.scans ? "ready_scan" : key);
-    if (this.#askedMs === null) return;
-    if (state === "armed") this.#askedMs = null;
-    if (state !== "disarmed" || now - this.#askedMs < ARMING_MS) return;
-    this.#askedMs = null;
+    if (this.#sentMs === null) return;
+    if (state === "armed") this.#sentMs = null;
+    if (state !== "disarmed" || now - this.#sentMs < ARMING_MS) return;
+    this.#sentMs = null;
     if (armReason !== "none") this.#refused(armReason);
   }
 

@@ -31,7 +31,7 @@ export class Joystick {
   #pointer = null;
   #grab = null; // where the pad lay when it was grabbed: {x, y} of its middle, radius (px)
   #keys = new Map(); // of held keys: place on the keyboard, what it pushes
-  #leaning = false;
+  #byGamepad = false;
   #now = null; // {linear, turn} while pressed
   #sendAt = 0;
 
@@ -56,24 +56,24 @@ export class Joystick {
    * A gamepad's stick leans to {x, y}, -1..1 right and down, dead zone and curve applied;
    * `fresh` begins a press. False: that press does not live, or another hand has the joystick.
    */
-  lean({ x, y }, fresh) {
-    if (!this.enabled || fresh === this.#leaning || (fresh && this.#now !== null)) return false;
-    this.#leaning = true;
+  moveTo({ x, y }, fresh) {
+    if (!this.enabled || fresh === this.#byGamepad || (fresh && this.#now !== null)) return false;
+    this.#byGamepad = true;
     this.#push({ linear: Math.round(-1000 * y), turn: Math.round(-1000 * x) }, fresh);
     this.#show(x, y);
     return true;
   }
 
   /** That stick was released, or is gone. */
-  unlean() {
-    if (this.#leaning) this.end();
+  release() {
+    if (this.#byGamepad) this.end();
   }
 
   /** Springs back. */
   end() {
     if (this.#now === null) return;
     this.#now = this.#pointer = null;
-    this.#leaning = false;
+    this.#byGamepad = false;
     this.#keys.clear();
     this.#show(0, 0);
     this.#on.stop();
@@ -122,7 +122,7 @@ export class Joystick {
     // A held key stays the joystick's until it comes up, wherever the focus has gone meanwhile.
     if (!held && (!KEYS[event.key] || others || !down)) return;
     event.preventDefault();
-    const busy = this.#pointer !== null || this.#leaning;
+    const busy = this.#pointer !== null || this.#byGamepad;
     if (down && (held || event.repeat || !this.enabled || busy)) return;
     const fresh = this.#now === null;
     if (down) this.#keys.set(event.code, KEYS[event.key]);

@@ -9,18 +9,18 @@ const OLDEST = 0x21; // 1980-01-01 in a zip file's format
 
 /** `on`: report(text), send(path, request), most() bytes. */
 export class MapFiles {
-  #words;
+  #texts;
   #on;
   #field = element("input");
   root; // a button
 
-  constructor(words, on) {
-    this.#words = words;
+  constructor(texts, on) {
+    this.#texts = texts;
     this.#on = on;
     this.#field.type = "file";
     this.#field.multiple = true;
     this.#field.addEventListener("change", () => this.#send([...this.#field.files]));
-    this.root = button(words.label("maps_import"), () => this.#field.click(), "import");
+    this.root = button(texts.label("maps_import"), () => this.#field.click(), "import");
   }
 
   async #send(files) {
@@ -28,10 +28,10 @@ export class MapFiles {
     const most = this.#on.most();
     const bytes = files.reduce((sum, { size }) => sum + size, 0);
     if (bytes > most) {
-      const fields = { mb: this.#words.number(most / MEGA, 0) };
-      this.#on.report(this.#words.label("maps_import_large", fields));
+      const fields = { mb: this.#texts.number(most / MEGA, 0) };
+      this.#on.report(this.#texts.label("maps_import_large", fields));
     } else {
-      this.#on.report(this.#words.label("maps_importing"));
+      this.#on.report(this.#texts.label("maps_importing"));
       const body = await this.#packed(files);
       const request = { method: "POST", headers: { "Content-Type": ZIP }, body };
       if (body) await this.#on.send("/maps/import", request);
@@ -44,7 +44,7 @@ export class MapFiles {
       return files.length === 1 ? await files[0].arrayBuffer() : await zipOf(files);
     } catch (error) {
       console.warn(`maps: ${error.message}`);
-      this.#on.report(this.#words.label("maps_import_unread"));
+      this.#on.report(this.#texts.label("maps_import_unread"));
       return null;
     }
   }

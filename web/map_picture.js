@@ -9,7 +9,7 @@ export class MapPicture {
   #view;
   #on;
   #failed = false;
-  #askedMs = 0;
+  #requestMs = 0;
 
   /** `on(known)`: where the picture belongs is known; or it does not come. */
   constructor(view, on = () => {}) {
@@ -21,10 +21,10 @@ export class MapPicture {
     const now = performance.now();
     const other = map !== this.map;
     const newer = version !== undefined && version !== this.#version;
-    if (!other && !newer && !(this.#failed && now - this.#askedMs >= AGAIN_MS)) return;
+    if (!other && !newer && !(this.#failed && now - this.#requestMs >= AGAIN_MS)) return;
     if (other) this.#view.clear();
     if (other || newer) this.#version = version;
-    [this.map, this.#failed, this.#askedMs] = [map, false, now];
+    [this.map, this.#failed, this.#requestMs] = [map, false, now];
     if (map) this.#ask(map, now);
   }
 
@@ -33,14 +33,14 @@ export class MapPicture {
       const answer = await fetch(`/maps/${map}`, { cache: "no-store" });
       if (!answer.ok) throw new Error(`the host answered ${answer.status}`);
       const { picture } = await answer.json();
-      if (now !== this.#askedMs) return; // another one meanwhile
+      if (now !== this.#requestMs) return; // another one meanwhile
       this.#on(true);
       // Under a URL that a page has shown, it would show the same picture again.
       const url = `/maps/${map}.png?${Math.round(now)}`;
       if (!(await this.#view.picture(url, picture))) throw new Error("no picture");
     } catch (error) {
       console.warn(`map ${map}: ${error.message}`);
-      if (now !== this.#askedMs) return;
+      if (now !== this.#requestMs) return;
       this.#failed = true;
       this.#on(false);
     }

@@ -14,16 +14,16 @@ const MOST_CORNERS = 24;
 const MOST_NAME = 40;
 
 /** A field for a name. */
-export const nameField = (words) => {
+export const nameField = (texts) => {
   const made = element("input");
   made.maxLength = MOST_NAME;
-  made.placeholder = made.ariaLabel = words.label("maps_name");
+  made.placeholder = made.ariaLabel = texts.label("maps_name");
   return made;
 };
 
 /** `on`: post(request), true when it is done; report(text); changed(). */
 export class MapTools {
-  #words;
+  #texts;
   #on;
   #tool = "";
   #points = [];
@@ -33,11 +33,11 @@ export class MapTools {
   #shown = null;
   root = element("div", "tools");
 
-  constructor(words, on) {
-    this.#words = words;
+  constructor(texts, on) {
+    this.#texts = texts;
     this.#on = on;
     for (const tool of TOOLS) {
-      const one = button(words.label(`maps_${tool}`), () => this.take(tool));
+      const one = button(texts.label(`maps_${tool}`), () => this.take(tool));
       one.dataset.tool = tool;
       this.#buttons.append(one);
     }
@@ -54,7 +54,7 @@ export class MapTools {
     const was = this.#tool;
     this.#tool = tool === was ? "" : tool;
     this.#points = [];
-    if (this.#tool) this.#on.report(this.#words.label(`maps_${this.#tool}_tap`));
+    if (this.#tool) this.#on.report(this.#texts.label(`maps_${this.#tool}_tap`));
     else if (was) this.#on.report("");
     this.#form.replaceChildren();
     if (this.#tool === "no_go") {
@@ -72,7 +72,7 @@ export class MapTools {
     this.#points.push([x, y].map((metres) => Math.round(100 * metres) / 100));
     if (this.#tool !== "no_go") {
       const both = this.#points.length === 2;
-      this.#on.report(this.#words.label(both ? "maps_ready" : "maps_heading"));
+      this.#on.report(this.#texts.label(both ? "maps_ready" : "maps_heading"));
       if (both && !this.#form.firstChild) this.#spotForm();
     }
     this.#on.changed();
@@ -82,7 +82,7 @@ export class MapTools {
   show(drawing) {
     if (drawing === this.#shown) return;
     this.#shown = drawing;
-    const label = (key, fields) => this.#words.label(key, fields);
+    const label = (key, fields) => this.#texts.label(key, fields);
     this.#list.replaceChildren(
       ...(drawing.home ? [this.#row("home", label("maps_home"), { home: null })] : []),
       ...drawing.places.map(({ number, name, icon }) => {
@@ -95,7 +95,7 @@ export class MapTools {
   }
 
   #row(icon, text, request) {
-    const label = (key) => this.#words.label(key);
+    const label = (key) => this.#texts.label(key);
     const act = () => this.#on.post(request);
     const item = element("li");
     const remove = sureButton(label("maps_remove"), label("maps_sure"), act);
@@ -104,7 +104,7 @@ export class MapTools {
   }
 
   #strong(key, act) {
-    return button(this.#words.label(key), act, "strong");
+    return button(this.#texts.label(key), act, "strong");
   }
 
   async #post(request) {
@@ -123,10 +123,10 @@ export class MapTools {
       this.#form.append(this.#strong("maps_save", () => this.#post({ home: this.#spot() })));
       return;
     }
-    const name = nameField(this.#words);
+    const name = nameField(this.#texts);
     const icon = element("select");
-    icon.ariaLabel = this.#words.label("maps_icon");
-    icon.append(...ICONS.map((key) => new Option(this.#words.label(`maps_${key}`), key)));
+    icon.ariaLabel = this.#texts.label("maps_icon");
+    icon.append(...ICONS.map((key) => new Option(this.#texts.label(`maps_${key}`), key)));
     let picture = sign(icon.value);
     icon.addEventListener("change", () => {
       const other = sign(icon.value);

@@ -4,7 +4,7 @@ import { button, element, put } from "./elements.js";
 import { MapFiles, download } from "./map_files.js";
 import { MapTools, nameField } from "./map_tools.js";
 import { MapView } from "./map_view.js";
-import { mapWords } from "./map_words.js";
+import { mapTexts } from "./map_texts.js";
 import { post } from "./post.js";
 import { sureButton, unsure } from "./sure.js";
 
@@ -17,11 +17,11 @@ const makes = (answer) => answer.wants !== "know";
 
 /** Ready to be shown; throws when its texts do not load. */
 export async function maps(root, strings) {
-  return new Maps(root, await mapWords(strings));
+  return new Maps(root, await mapTexts(strings));
 }
 
 class Maps {
-  #words;
+  #texts;
   #view;
   #parts = {};
   #all = null; // the host's newest answer
@@ -30,7 +30,7 @@ class Maps {
   #planless = false; // its plan did not load
   #tools;
   #files;
-  #askedMs = -Infinity;
+  #polledMs = -Infinity;
   #pictureMs = -Infinity;
   #asking = 0; // unanswered requests
   #sent = 0; // requests and files sent
@@ -38,19 +38,19 @@ class Maps {
   #opened = null; // map
   #loaded = ""; // the row with which the details were asked for
 
-  constructor(root, words) {
-    this.#words = words;
-    const label = (key) => words.label(key);
+  constructor(root, texts) {
+    this.#texts = texts;
+    const label = (key) => texts.label(key);
     const canvas = element("canvas");
     canvas.setAttribute("role", "img");
     canvas.ariaLabel = label("maps_picture");
     this.#view = new MapView(canvas, (x, y) => this.#details && this.#tools.tapped(x, y));
-    this.#tools = new MapTools(words, {
+    this.#tools = new MapTools(texts, {
       post: (request) => this.#post({ map: this.#chosen, ...request }),
       report: (text) => this.#report(text),
       changed: () => this.#arrange(),
     });
-    this.#files = new MapFiles(words, {
+    this.#files = new MapFiles(texts, {
       send: (path, request) => this.#send(path, request),
       report: (text) => this.#report(text),
       most: () => this.#all?.most_file_bytes ?? 0,
@@ -71,8 +71,8 @@ class Maps {
   }
 
   tick(now) {
-    if (this.#asking || now - this.#askedMs < POLL_MS) return;
-    this.#askedMs = now;
+    if (this.#asking || now - this.#polledMs < POLL_MS) return;
+    this.#polledMs = now;
     const sent = this.#sent;
     this.#ask("/maps", { cache: "no-store" }).then((answer) => {
       // A request made meanwhile gets its own, newer answer.
@@ -87,9 +87,9 @@ class Maps {
   }
 
   #makingForm() {
-    const label = (key) => this.#words.label(key);
+    const label = (key) => this.#texts.label(key);
     const form = element("div", "making");
-    const name = nameField(this.#words);
+    const name = nameField(this.#texts);
     const buttons = element("p", "buttons");
     buttons.append(
       button(label("maps_save"), () => this.#post({ save: name.value }), "strong"),
@@ -100,9 +100,9 @@ class Maps {
   }
 
   #renameForm() {
-    const label = (key) => this.#words.label(key);
+    const label = (key) => this.#texts.label(key);
     const form = element("div", "rename");
-    const name = nameField(this.#words);
+    const name = nameField(this.#texts);
     this.#parts.name = name;
     const buttons = element("p", "buttons");
     const act = (request) => this.#post({ map: this.#chosen, ...request });
@@ -127,10 +127,10 @@ class Maps {
       const answer = await fetch(path, request);
       const found = await answer.json();
       if (answer.ok) return found;
-      this.#report(this.#words.reason(found.reason));
+      this.#report(this.#texts.reason(found.reason));
     } catch (error) {
       console.warn(`maps: ${error.message}`);
-      this.#report(this.#words.reason("no_answer"));
+      this.#report(this.#texts.reason("no_answer"));
     } finally {
       this.#asking -= 1;
     }
@@ -149,7 +149,7 @@ class Maps {
     if (!answer) return false;
     if (answer.added) this.#choose(answer.added);
     this.#show(answer, performance.now());
-    if (answer.added) this.#report(this.#words.reason("maps_stored"));
+    if (answer.added) this.#report(this.#texts.reason("maps_stored"));
     if (this.#chosen) await this.#load();
     return true;
   }
@@ -163,11 +163,11 @@ class Maps {
     const was = this.#all;
     this.#all = answer;
     const making = makes(answer);
-    if (this.#parts.answer === this.#words.reason("no_answer")) this.#report("");
+    if (this.#parts.answer === this.#texts.reason("no_answer")) this.#report("");
     const ended = answer.ended;
     // What had ended before this page looked on is no news.
     if (was && ended && JSON.stringify(ended) !== JSON.stringify(was.ended)) {
-      this.#report(this.#words.reason(ended.reason || "maps_stored"));
+      this.#report(this.#texts.reason(ended.reason || "maps_stored"));
       if (!ended.reason) this.#choose(ended.map);
     }
     const rows = JSON.stringify(answer.maps.map(({ map, name }) => [map, name]));
@@ -187,7 +187,7 @@ class Maps {
     this.#rows = rows;
     const { maps, where } = this.#all;
     const options = maps.map(({ map, name, problem }) => {
-      return new Option(name || this.#words.label(problem || "maps_choose"), map);
+      return new Option(name || this.#texts.label(problem || "maps_choose"), map);
     });
     this.#parts.choose.replaceChildren(...options);
     const there = maps.some(({ map }) => map === this.#chosen);
@@ -200,15 +200,15 @@ class Maps {
   #sentence() {
     if (this.#parts.answer) return;
     const { state, wants, making, where, maps } = this.#all;
-    const label = (key, fields) => this.#words.label(key, fields);
-    const number = (value) => this.#words.number(value, 0);
+    const label = (key, fields) => this.#texts.label(key, fields);
+    const number = (value) => this.#texts.number(value, 0);
     let text = "";
     if (wants === "save") text = label("maps_saving");
-    else if (making?.doubt) text = this.#words.reason(`map_${making.doubt}`);
+    else if (making?.doubt) text = this.#texts.reason(`map_${making.doubt}`);
     else if (wants === "make") {
       const fields = { m: number(making?.driven_m ?? 0), n: number(making?.loops ?? 0) };
       text = label("maps_growing", fields);
-    } else if (state === "off") text = this.#words.reason("map_no_lidar");
+    } else if (state === "off") text = this.#texts.reason("map_no_lidar");
     else if (maps.length === 0) text = label("maps_none");
     else if (where) {
       const name = maps.find(({ map }) => map === where.map)?.name ?? "?";
@@ -287,8 +287,8 @@ class Maps {
     this.#files.root.disabled = making || !this.#all;
     const updates = this.#details?.updates;
     parts.back.hidden = parts.updated.hidden = !updates;
-    const when = this.#words.moment(this.#details?.updated);
-    put(parts.updated, updates ? this.#words.label("maps_updated", { when }) : "");
+    const when = this.#texts.moment(this.#details?.updated);
+    put(parts.updated, updates ? this.#texts.label("maps_updated", { when }) : "");
     const drawing = (making ? null : this.#details) ?? NOTHING;
     this.#tools.show(drawing);
     this.#view.show(drawing, this.#tools.draft);

@@ -29,7 +29,7 @@ export class Pick {
   target = "plugin-go";
   mode = "";
   #strings;
-  #words;
+  #texts;
   #on;
   #row = null; // the tile that asked for a spot, while the view is open
   #spot = null; // its state from the host
@@ -43,8 +43,8 @@ export class Pick {
   #bars = new SpotScan();
 
   /** `on` receives ride("spot", fields), open(view); dwellMs() returns the dwell time. */
-  constructor(strings, words, on) {
-    [this.#strings, this.#words, this.#on] = [strings, words, on];
+  constructor(strings, texts, on) {
+    [this.#strings, this.#texts, this.#on] = [strings, texts, on];
     button(BACK, "back", "").querySelector(".label").textContent = strings.label("back");
     this.#go = button(this.target, "forward", "drive plugin");
     this.#over = svg("svg", { id: "over-picture", "aria-hidden": true });
@@ -75,7 +75,7 @@ export class Pick {
   }
 
   /** Takes the host's state, the mode that drives and the ended one; true: `mode` changed. */
-  update({ spot, going, state, you }, rides, over, words) {
+  update({ spot, going, state, you }, rides, over, texts) {
     if (state !== "armed" || !you) this.#close();
     const mine = this.#row && spot?.tile === this.#row.name;
     this.#spot = mine ? spot : null;
@@ -88,8 +88,8 @@ export class Pick {
     document.body.dataset.spot = this.#rides ? "rides" : (this.#spot?.state ?? "");
     const pauses = this.#rides && rides === this.mode;
     const again = this.mode && over === this.mode;
-    const label = pauses ? this.#words.label("going_pause") : again && words.label("plugin_go_on");
-    this.#go.querySelector(".label").textContent = label || this.#words.label("spot_go");
+    const label = pauses ? this.#texts.label("going_pause") : again && texts.label("plugin_go_on");
+    this.#go.querySelector(".label").textContent = label || this.#texts.label("spot_go");
     this.#go.classList.toggle("unable", !this.mode);
     this.#go.ariaDisabled = !this.mode;
     this.#draw();
@@ -106,7 +106,7 @@ export class Pick {
     if (empty && mine && !this.#lens) return null; // show how the ride has ended
     const kind = document.body.dataset.scans === "true" ? "scan" : this.#row.of;
     const asks = this.#lens ? "again" : empty ? "look" : "";
-    const texts = this.#words.spot(asks ? { kind, state: asks } : spot);
+    const texts = this.#texts.spot(asks ? { kind, state: asks } : spot);
     const level = !asks && spot.state === "ended" && spot.reason ? "warning" : "ok";
     return { ...message, level, key: "spot", texts };
   }

@@ -1,13 +1,13 @@
 // All plug-ins on the caretaker's page: inputs and modes, with their state and own messages.
 
-import { pluginWords } from "./plugins.js";
+import { pluginTexts } from "./plugins.js";
 
 const RETRY_MS = 2000;
 
 /** The list; all rows have the same size. The page also works without its texts. */
 export class PluginList {
   #root;
-  #words = null;
+  #texts = null;
   #missing = false;
   #rows = []; // from the host
   #shown = "";
@@ -24,37 +24,37 @@ export class PluginList {
 
   /** Shows them; `token`: the host's newest, for computing times. */
   show(token) {
-    if (!this.#words) return;
-    const rows = this.#rows.map((row) => this.#texts(row, token));
+    if (!this.#texts) return;
+    const rows = this.#rows.map((row) => this.#columns(row, token));
     const shown = JSON.stringify(rows);
     if (shown === this.#shown) return;
     this.#shown = shown;
     this.#root.replaceChildren(...rows.map(entry));
-    if (rows.length === 0) this.#root.append(this.#words.label("plugin_none"));
+    if (rows.length === 0) this.#root.append(this.#texts.label("plugin_none"));
   }
 
-  /** As PluginWords.sentence(); reports missing texts. */
+  /** As PluginTexts.sentence(); reports missing texts. */
   sentence(message, token) {
-    if (this.#words) return this.#words.sentence(message, this.#rows, token);
+    if (this.#texts) return this.#texts.sentence(message, this.#rows, token);
     const lacks = this.#missing && message.level === "ok";
     return lacks ? { ...message, level: "wait", key: "part_missing" } : message;
   }
 
   async #load(language) {
     try {
-      this.#words = await pluginWords(language);
+      this.#texts = await pluginTexts(language);
     } catch (error) {
-      console.warn(`words about plug-ins: ${error.message}`);
+      console.warn(`texts about plug-ins: ${error.message}`);
       this.#missing = true;
       setTimeout(() => this.#load(language), RETRY_MS);
     }
   }
 
-  #texts(row, token) {
-    const name = `${this.#words.icon(row)} ${this.#words.name(row)}`.trim();
-    const kind = `${this.#words.label(`plugin_${row.kind}`)} ${row.name}`;
-    const health = this.#words.wrong(row) || this.#words.label("plugin_ok");
-    const again = this.#words.again(row, token);
+  #columns(row, token) {
+    const name = `${this.#texts.icon(row)} ${this.#texts.name(row)}`.trim();
+    const kind = `${this.#texts.label(`plugin_${row.kind}`)} ${row.name}`;
+    const health = this.#texts.wrong(row) || this.#texts.label("plugin_ok");
+    const again = this.#texts.again(row, token);
     return { state: row.state, name, kind, health, more: `${again} ${row.detail}`.trim() };
   }
 }

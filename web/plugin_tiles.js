@@ -2,9 +2,9 @@
 
 import { AutoRide } from "./auto_ride.js";
 import { byId, setData, svg } from "./dom.js";
-import { ARRIVED, goingWords } from "./going.js";
+import { ARRIVED, goingTexts } from "./going.js";
 import { Pick } from "./pick.js";
-import { pluginWords } from "./plugins.js";
+import { pluginTexts } from "./plugins.js";
 import { outline } from "./signs.js";
 import { button, styled } from "./tile.js";
 
@@ -18,13 +18,13 @@ const SIZES = [60, 60, 40, 28, 22];
 const SIGN = { class: "sign", transform: "translate(18 18) scale(2.67)" };
 const STYLES = ["/static/plugin_tiles.css", "/static/pick.css"];
 
-let words = null;
+let texts = null;
 let going = null; // texts, too
 
 /** Loads what the tiles need; throws when it does not load. */
 export async function ready(strings) {
-  words = await pluginWords(strings.language);
-  going = await goingWords(strings);
+  texts = await pluginTexts(strings.language);
+  going = await goingTexts(strings);
   await Promise.all(STYLES.map(styled));
 }
 
@@ -65,7 +65,7 @@ export class PluginTiles {
       this.#tiles.push(tile);
     }
     this.#pick = new Pick(strings, going, on);
-    button("next", "mode", "").querySelector(".label").textContent = words.label("plugin_next");
+    button("next", "mode", "").querySelector(".label").textContent = texts.label("plugin_next");
     // A new element has no previous place, so it causes no layout shift.
     const choices = byId("mode").querySelector(".words");
     const wider = choices.cloneNode(true);
@@ -137,11 +137,11 @@ export class PluginTiles {
     const farther = news?.left_m !== before?.left_m;
     if (this.#ride.update(auto ?? ["", ""]) || farther) this.#fillAll();
     const { mode, over } = this.#ride;
-    if (this.#pick.update(state, mode, over, words)) this.#reportUnable();
+    if (this.#pick.update(state, mode, over, texts)) this.#reportUnable();
   }
 
   sentence(message, token) {
-    const shown = words.sentence(message, this.#rows, token);
+    const shown = texts.sentence(message, this.#rows, token);
     return this.#pick.sentence(shown) ?? going.sentence(shown, this.#going);
   }
 
@@ -192,18 +192,18 @@ export class PluginTiles {
     if (!row) return;
     const able = this.#works(row);
     const sign = outline(row.sign);
-    const icon = sign ? "" : words.icon(row) || "●";
+    const icon = sign ? "" : texts.icon(row) || "●";
     tile.querySelector(".sign").setAttribute("d", sign);
     const shape = tile.querySelector("text");
     shape.textContent = icon;
     shape.setAttribute("font-size", SIZES[[...icon].length]);
     const { mode, over } = this.#ride;
     const [rides, again] = [mode === row.name, over === row.name];
-    const asks = rides ? going.label("going_pause") : again && words.label("plugin_go_on");
-    tile.querySelector(".label").textContent = asks || words.name(row);
+    const asks = rides ? going.label("going_pause") : again && texts.label("plugin_go_on");
+    tile.querySelector(".label").textContent = asks || texts.name(row);
     const left = this.#going?.mode === row.name ? going.left(this.#going) : "";
-    const small = rides ? left || words.label("plugin_rides") : again && words.name(row);
-    tile.querySelector(".small").textContent = small || words.wrong(row);
+    const small = rides ? left || texts.label("plugin_rides") : again && texts.name(row);
+    tile.querySelector(".small").textContent = small || texts.wrong(row);
     tile.classList.toggle("unable", !able);
     tile.ariaDisabled = !able;
   }

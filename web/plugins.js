@@ -17,12 +17,12 @@ export const cut = (text, longest) => [...String(text ?? "")].slice(0, longest).
 export const isolated = (text) => `\u2068${text}\u2069`;
 
 /** The texts in this language, else in Dutch. Throws when the host does not answer. */
-export async function pluginWords(language) {
-  return new PluginWords((await tableOf(language, "plugins")).labels, language);
+export async function pluginTexts(language) {
+  return new PluginTexts((await tableOf(language, "plugins")).labels, language);
 }
 
 /** Texts about a plug-in: a row of the host's `welcome.plugins`. */
-class PluginWords {
+class PluginTexts {
   #labels;
   #language;
 

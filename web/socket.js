@@ -29,7 +29,7 @@ export class ControlSocket {
   #tokenMs = 0;
   /** {token, at}: recent tokens that were delayed less than all later ones. */
   #tokens = [];
-  #heardMs = 0;
+  #lastMs = 0;
   #beatAtMs = 0;
   #alive = false;
   #welcomed = false;
@@ -51,7 +51,7 @@ export class ControlSocket {
 
   /** Time since the last message from the host, ms. */
   ageMs(now) {
-    return now - this.#heardMs;
+    return now - this.#lastMs;
   }
 
   /** Sends {"k": kind, ...}; false when it was not, the number of a stop. Never queues. */
@@ -80,12 +80,12 @@ export class ControlSocket {
   }
 
   #receive(message) {
-    this.#heardMs = performance.now();
+    this.#lastMs = performance.now();
     if (message.k === "welcome") {
       this.#welcomed = true;
       this.#tokenMs = message.token_ms;
     }
-    if (message.token !== undefined) this.#keep(message.token, this.#heardMs);
+    if (message.token !== undefined) this.#keep(message.token, this.#lastMs);
     this.#on.message(message);
     if (this.#tokens.length > 0) this.#setAlive(true);
   }

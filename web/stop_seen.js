@@ -7,7 +7,7 @@ const LATE_MS = 1000;
 /** How long "seen" stays. */
 const SEEN_MS = 3000;
 
-/** The state of the button: "none", "asked", "seen" or "late", on its data-seen. */
+/** The state of the button: "none", "sent", "seen" or "late", on its data-seen. */
 export class StopSeen {
   #strings;
   /** Number of the stop in question; Infinity: nobody will confirm one. */
@@ -20,9 +20,9 @@ export class StopSeen {
   }
 
   /** Somebody pressed Stop; `count`: its number on this connection, false when it was not sent. */
-  asked(count, now) {
+  sent(count, now) {
     this.#count = count || Infinity;
-    this.#show("asked", now);
+    this.#show("sent", now);
   }
 
   /** `seen`: how many stops of this connection the board has followed. */
@@ -39,7 +39,7 @@ export class StopSeen {
 
   tick(now) {
     const passed = now - this.#sinceMs;
-    if (this.#state === "asked" && passed > LATE_MS) this.#show("late", now);
+    if (this.#state === "sent" && passed > LATE_MS) this.#show("late", now);
     if (this.#state === "seen" && passed > SEEN_MS) this.#show("none", now);
   }
 

@@ -4,10 +4,10 @@
 export const HOME = "nl";
 const RETRY_MS = 2000;
 
-/** The language asked for in the address (?lang=en), else `lang` ("en", "en-GB"), else Dutch. */
+/** The language in the address (?lang=en), else `lang` ("en", "en-GB"), else Dutch. */
 export function chosenLanguage(search, lang = HOME) {
-  const asked = new URLSearchParams(search).get("lang") ?? lang;
-  return /^[a-z]{2}(?=-|$)/.exec(asked)?.[0] ?? HOME;
+  const named = new URLSearchParams(search).get("lang") ?? lang;
+  return /^[a-z]{2}(?=-|$)/.exec(named)?.[0] ?? HOME;
 }
 
 /** Replaces an element's content by a title and a message's text and advice. */

@@ -7,8 +7,8 @@ import { STEP_REPEAT_MS, TAP_MS } from "./intent_times.js";
  * Turns pointer, touch and key events into commands.
  *
  * All times are ms of one monotonic clock. `on` receives:
- * drive(verb, mode, edge) for every command to send, stop(asked) where `asked` means that somebody
- * looked at Stop or pressed it, act(name, since) for a button, `since` when its press or dwell
+ * drive(verb, mode, edge) for every command to send, stop(chosen), `chosen` if somebody looked at
+ * Stop or pressed it, act(name, since) for a button, `since` when its press or dwell
  * began, tap(verb) when a press was too short to drive, unable() for a refused press,
  * view(dwelling, holding, dwellMs) when either name changed.
  */
@@ -122,10 +122,10 @@ export class Targets {
   }
 
   /** Stops at once and forgets every hold. */
-  stop(at, asked = false) {
+  stop(at, chosen = false) {
     this.#dwell = this.#hold = this.#pressed = null;
     this.#needRest(at);
-    this.#on.stop(asked);
+    this.#on.stop(chosen);
     this.#show();
   }
 

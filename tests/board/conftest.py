@@ -83,7 +83,7 @@ def flashed(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Flashed:
     """What the flashing of a new board says, and its flash memory then."""
-    said: list[str] = []
+    printed: list[str] = []
     board = EmulatedLiveBoard(m7, tmp_path_factory.mktemp("flashed"), None)
     board.start()
     try:
@@ -92,10 +92,10 @@ def flashed(
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr(tree, "find_sources", lambda: firmware_sources)
                 patch.setattr(command, "_HELLO_S", NOBODY_S)
-                Flasher(said.append).flash(str(board.host.path), dry_run=False, force=False)
+                Flasher(printed.append).flash(str(board.host.path), dry_run=False, force=False)
         finally:
             board.stop_background()
-        return Flashed("\n".join(said), board.flash)
+        return Flashed("\n".join(printed), board.flash)
     finally:
         board.stop()
 

@@ -99,11 +99,11 @@ def test_a_calibrated_sensor_is_kept_by_the_firmware_itself(bench: Bench) -> Non
 
     bench.on_line = rest
     bench.calibrate()
-    said = "\n".join(bench.lines)
-    assert "chip id 0xa0" in said
-    assert "gyro 3 of 3, accelerometer 0 of 3" in said
-    assert "gyro 3 of 3, accelerometer 3 of 3" in said
-    assert "kept by the board" in said
+    printed = "\n".join(bench.lines)
+    assert "chip id 0xa0" in printed
+    assert "gyro 3 of 3, accelerometer 0 of 3" in printed
+    assert "gyro 3 of 3, accelerometer 3 of 3" in printed
+    assert "kept by the board" in printed
     folder, stored = bench.left_behind()
     assert not folder
     assert stored is not None

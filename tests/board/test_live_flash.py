@@ -73,10 +73,10 @@ def factory_new(m7: Path, tmp_path: Path) -> Iterator[EmulatedLiveBoard]:
 def test_a_new_board_gets_the_firmware_and_runs_it(
     flashed: Flashed, emulated: EmulatedLiveBoard
 ) -> None:
-    assert "no gazechair firmware answers; trying MicroPython's REPL" in flashed.said
-    assert "Teensy 4.0" in flashed.said
-    assert "all verified" in flashed.said
-    assert "runs: teensy40 says hello" in flashed.said
+    assert "no gazechair firmware answers; trying MicroPython's REPL" in flashed.printed
+    assert "Teensy 4.0" in flashed.printed
+    assert "all verified" in flashed.printed
+    assert "runs: teensy40 says hello" in flashed.printed
     emulated.connect()
     assert emulated.host.safety == codes.DISARMED
 
@@ -101,10 +101,10 @@ def test_a_running_board_of_another_layout_is_updated(factory_new: EmulatedLiveB
     board.board.install()
     board.board.start()
     board.connect()
-    said = Run(board).flash()
-    assert "left for maintenance" in said
-    assert "changed over" in said
-    assert "runs: teensy40" in said
+    printed = Run(board).flash()
+    assert "left for maintenance" in printed
+    assert "changed over" in printed
+    assert "runs: teensy40" in printed
 
 
 def test_an_older_incompatible_firmware_is_updated(emulated: EmulatedLiveBoard) -> None:
@@ -114,10 +114,10 @@ def test_an_older_incompatible_firmware_is_updated(emulated: EmulatedLiveBoard) 
     emulated.board.start()
     emulated.until(lambda: emulated.host.hellos, "its hello")
     assert not emulated.host.in_session
-    said = Run(emulated).flash(force=True)
-    assert "firmware 0.0.7" in said
-    assert "left for maintenance" in said
-    assert "runs: teensy40" in said
+    printed = Run(emulated).flash(force=True)
+    assert "firmware 0.0.7" in printed
+    assert "left for maintenance" in printed
+    assert "runs: teensy40" in printed
 
 
 OLD_VERSION = b"""
@@ -276,7 +276,7 @@ def test_the_button_at_power_on_gives_the_repl(emulated: EmulatedLiveBoard) -> N
     assert emulated.bank.u32(layout.SOFT_RESETS_AT) == resets
     emulated.world.faults.clear("reset_button")
     emulated.host.raw(b"\rprint(6*7)\r")
-    emulated.until(lambda: b"\n42\r\n" in emulated.host.heard, "the REPL's answer")
+    emulated.until(lambda: b"\n42\r\n" in emulated.host.received, "the REPL's answer")
     assert emulated.bank.u32(layout.SOFT_RESETS_AT) == resets
     assert emulated.real_wipers == NEUTRAL
 

@@ -51,9 +51,9 @@ def test_tells_its_state_a_hundred_times_a_second(board: LiveBoard) -> None:
     board.run_ms(300)
     first = board.host.ticks
     board.run_ms(1300)
-    told = [ticks for ticks, _ in board.host.states if first < ticks <= first + 1000]
+    reported = [ticks for ticks, _ in board.host.states if first < ticks <= first + 1000]
     # Lossy by design, and the emulation is slower than a Teensy; `gazechair measure` has figures.
-    assert len(told) >= 80, "by the board's own clock"
+    assert len(reported) >= 80, "by the board's own clock"
 
 
 def test_starts_neutral_and_disarmed(board: LiveBoard) -> None:
@@ -145,9 +145,9 @@ def test_maintenance_gives_the_repl_and_a_reset_the_firmware(board: LiveBoard) -
     board.host.send(messages.MAINTENANCE, (messages.MAINTENANCE_KEY, 0, 0))
     board.until(lambda: board.host.maintenance is not None, "an answer")
     assert board.host.maintenance == {"key": messages.MAINTENANCE_KEY, "accepted": 1, "reason": 0}
-    board.until(lambda: board.host.heard.endswith(b">>> "), "a prompt")
+    board.until(lambda: board.host.received.endswith(b">>> "), "a prompt")
     board.host.raw(b"print(6*7)\r")
-    board.until(lambda: b"\n42\r\n" in board.host.heard, "the REPL's answer")
+    board.until(lambda: b"\n42\r\n" in board.host.received, "the REPL's answer")
     board.host.raw(b"import machine; machine.reset()\r")
     board.host.talking = True
     board.host.states.clear()

@@ -78,18 +78,20 @@ def test_p2_host_silent(emulated: EmulatedLiveBoard) -> None:
     for _ in range(_TRIES):
         emulated.host.talking = True
         emulated.drive()
-        heard_at = decoded_now(emulated)
+        received_at = decoded_now(emulated)
         emulated.run_ms(700)
         # A tick may pass between a frame and the core that hears of it.
-        late = moved_after(emulated, heard_at + 101)
+        late = moved_after(emulated, received_at + 101)
         armed = [at for at, s in emulated.host.states if s["status"] & 15 == codes.ARMED]
-        if not late and armed[-1] < heard_at + 501:
+        if not late and armed[-1] < received_at + 501:
             break
         # More only where a stall of the PC came between these two: not twice, and not for long.
-        assert not moved_after(emulated, heard_at + 101 + _STALL_MS)
-        assert armed[-1] < heard_at + 501 + _STALL_MS
+        assert not moved_after(emulated, received_at + 101 + _STALL_MS)
+        assert armed[-1] < received_at + 501 + _STALL_MS
     else:
-        raise AssertionError(f"late {_TRIES} times: {late}, armed until {armed[-1] - heard_at} ms")
+        raise AssertionError(
+            f"late {_TRIES} times: {late}, armed until {armed[-1] - received_at} ms"
+        )
     assert emulated.real_wipers == NEUTRAL
     assert not emulated.world.relay.closed
     # Forward is still held, yet nothing moves: that takes arming and a new press.
@@ -107,11 +109,11 @@ def test_p3_held_command_not_refreshed(emulated: EmulatedLiveBoard) -> None:
     emulated.connect()
     emulated.drive()
     held = emulated.host.command
-    heard_at = decoded_now(emulated)
+    received_at = decoded_now(emulated)
     emulated.host.command = (*held[:4], 0, *held[5:])  # the same press, its time to live used up
     emulated.host.talking = True
     emulated.run_ms(500)
-    assert not moved_after(emulated, heard_at + 300)
+    assert not moved_after(emulated, received_at + 300)
     emulated.host.command = held
     emulated.run_ms(200)
     assert emulated.real_wipers == NEUTRAL, "the same press never moves again (P14)"
@@ -153,18 +155,18 @@ def test_p12_replayed_frames_never_move(emulated: EmulatedLiveBoard) -> None:
     emulated.host.command = STOP
     emulated.until(lambda: emulated.real_wipers == NEUTRAL, "neutral after stop")
     emulated.until(lambda: emulated.host.output == NEUTRAL_OUTPUT, "telling so")
-    told_at = emulated.host.ticks
+    sent_at = emulated.host.ticks
     for _ in range(50):
         emulated.host.raw(recorded)
         emulated.run_ms(5)
-    assert not moved_after(emulated, told_at)
+    assert not moved_after(emulated, sent_at)
     assert emulated.real_wipers == NEUTRAL
 
 
 def test_p12_damaged_frames_never_move(emulated: EmulatedLiveBoard) -> None:
     emulated.connect()
     emulated.arm()
-    told_at = emulated.host.ticks
+    sent_at = emulated.host.ticks
     corrupt = emulated.host.stats.get("rx_corrupt", 0)
     values = (
         codes.FORWARD,
@@ -187,7 +189,7 @@ def test_p12_damaged_frames_never_move(emulated: EmulatedLiveBoard) -> None:
         emulated.pass_time()
     emulated.run_ms(400)
     emulated.until(lambda: emulated.host.stats.get("rx_corrupt", 0) > corrupt, "it counts them")
-    assert not moved_after(emulated, told_at)
+    assert not moved_after(emulated, sent_at)
 
 
 def test_p8_wiper_nak_latches(emulated: EmulatedLiveBoard) -> None:

@@ -63,8 +63,8 @@ class Assisted(Lockstep):
         host = self.host
         assert host is not None
         host.control._steer = self.assist.steer
-        said = host.link.on_zone
-        host.link.on_zone = lambda zone: (said(zone), self.assist.zone(zone))[0]
+        on_zone = host.link.on_zone
+        host.link.on_zone = lambda zone: (on_zone(zone), self.assist.zone(zone))[0]
         self.watchers.append(self._act)
 
     def _act(self) -> None:

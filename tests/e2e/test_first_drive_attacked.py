@@ -80,8 +80,8 @@ def test_it_ends_though_the_steps_own_thread_stands_still(
         if how == "silent":
             rig.forget()
         else:
-            said = rig.steering.join("driver")
-            rig.steering.receive(said, {"k": "stop"})
+            client = rig.steering.join("driver")
+            rig.steering.receive(client, {"k": "stop"})
         rig.run(320 if how == "silent" else 40)
         ended.append(rig.neutral())  # an assertion here would be the step's own failure
         rig.run(1000)
@@ -136,7 +136,7 @@ def test_the_lidars_are_not_started_anew_under_a_driver(rig: FirstDriveRig) -> N
 
 
 def test_an_answer_counts_for_its_own_question(rig: FirstDriveRig) -> None:
-    asked = set()
+    questions = set()
 
     def taps_twice() -> None:
         asks = rig.guide.status()["run"]["asks"]
@@ -145,11 +145,11 @@ def test_an_answer_counts_for_its_own_question(rig: FirstDriveRig) -> None:
             rig.guide.ask({"answer": "ok", "asks": "linear"})
         if asks == "turn":
             rig.guide.ask({"give_up": True})
-        asked.add(asks)
+        questions.add(asks)
 
     rig.watch = taps_twice
     assert rig.post(run="neutral") == "first_failed"
-    assert asked == {"", "unplugged", "linear", "turn"}
+    assert questions == {"", "unplugged", "linear", "turn"}
     assert rig.guide.ask({"answer": "ok"}) is not None
 
 
@@ -189,12 +189,12 @@ def test_a_board_that_resets_in_a_step_ends_it(rig: FirstDriveRig, after_ms: int
 
 def test_another_cap_does_not_cut_a_turn_short(rig: FirstDriveRig) -> None:
     begun(rig, "turn")
-    said = False
+    done = False
 
     def caps() -> None:
-        nonlocal said
-        if not said and not rig.neutral():
-            said = True
+        nonlocal done
+        if not done and not rig.neutral():
+            done = True
             rig.caretaker.say(k="cap", permille=300)
 
     rig.watch = caps
@@ -229,7 +229,7 @@ def test_nobody_arms_while_a_profile_is_stored(rig: FirstDriveRig) -> None:
     """Armed, the board would refuse to save it, and to set it back."""
     stored_in, tried = rig.link.setting, False
 
-    def asked(request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0) -> object:
+    def setting(request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0) -> object:
         nonlocal tried
         if request == codes.SETTING_SAVE:
             tried = True
@@ -237,7 +237,7 @@ def test_nobody_arms_while_a_profile_is_stored(rig: FirstDriveRig) -> None:
             rig.run(100)
         return stored_in(request, index, value, timeout_s)
 
-    rig.link.setting = asked  # type: ignore[method-assign,assignment]
+    rig.link.setting = setting  # type: ignore[method-assign,assignment]
     assert rig.post(run="profile", value=4) == ""
     assert tried
     assert rig.refusals == ["board_busy"]

@@ -16,7 +16,7 @@ from promises import END_TO_END, kept
 pytestmark = pytest.mark.costly
 
 
-def asked(chair: Lockstep, reason: str) -> None:
+def refused(chair: Lockstep, reason: str) -> None:
     """Not armed when asked, and the page is told why."""
     chair.page.arm()
     chair.stays_still(400)
@@ -69,7 +69,7 @@ def test_arming_is_refused_with_the_reason(reason: str) -> None:
     if reason == "relay_open":
         chair.page.arm()  # only the test of the relay itself can show it
         chair.stays_still(250)
-    asked(chair, reason)
+    refused(chair, reason)
     kept(END_TO_END, "arming", reason)
 
 
@@ -77,11 +77,11 @@ def test_arming_waits_for_half_a_second_of_proven_neutral() -> None:
     chair = Lockstep()
     chair.until(chair.connected, 400)
     chair.until(lambda: chair.board.app.safety.faults == 0, 400)
-    asked_ms = chair.now_ms
+    refused_ms = chair.now_ms
     chair.page.arm()
     chair.run(20)
     assert codes.reason_name(chair.board.app.safety.arm_reason) == "neutral_not_proven"
-    assert asked_ms < 500
+    assert refused_ms < 500
     kept(END_TO_END, "arming", "neutral_not_proven")
 
 

@@ -17,9 +17,9 @@ PHASES_MS = (0, 6, 13, 19)  # of the 20 ms in which the host repeats a command
 
 def note_silence(chair: Lockstep, cause: str) -> None:
     """From the last decoded frame until both wipers are neutral."""
-    heard_before_ms = chair.unheard_ms
+    received_before_ms = chair.unheard_ms
     neutral_ms = chair.until(chair.neutral, 150)
-    silent_ms = heard_before_ms + neutral_ms
+    silent_ms = received_before_ms + neutral_ms
     measured(END_TO_END, "P2", cause, silent_ms, limits.HOST_SILENT_MS)
 
 

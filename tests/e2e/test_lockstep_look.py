@@ -70,10 +70,10 @@ def test_a_look_shows_the_way_and_ga_goes_there_by_the_truth(chair: OnFloor) -> 
     u, v = chair.view.eye.pixel(*SPOT)
     end = chair.spot["px"][-1]
     assert math.dist(end, (u / 320, v / 240)) < 0.03
-    told = chair.spot
-    assert told["goal"]["map"] == "home"
-    assert math.dist((told["goal"]["x"], told["goal"]["y"]), SPOT) < 0.05
-    assert math.dist(told["way"][-1], SPOT) < 0.05
+    shown = chair.spot
+    assert shown["goal"]["map"] == "home"
+    assert math.dist((shown["goal"]["x"], shown["goal"]["y"]), SPOT) < 0.05
+    assert math.dist(shown["way"][-1], SPOT) < 0.05
     chair.go()
     chair.until(lambda: chair.news["state"] == "drives", PATH_MS + PLAN_MS)
     assert chair.news["goal"]["map"] == "home"

@@ -41,10 +41,10 @@ def test_p3_a_stop_that_got_lost(verb: str, phase_ms: int) -> None:
 @pytest.mark.parametrize("phase_ms", [0, 1, 24, 99])
 def test_p3_the_page_dies_and_its_socket_lives(verb: str, mode: str, phase_ms: int) -> None:
     chair = states.driving(verb, mode, 300, more_ms=phase_ms)
-    heard_ms = chair.now_ms
+    received_ms = chair.now_ms
     chair.page.alive = False
     chair.until(chair.neutral, 600)
-    ms = chair.now_ms - (chair.page.proved_ms if mode == "continuous" else heard_ms)
+    ms = chair.now_ms - (chair.page.proved_ms if mode == "continuous" else received_ms)
     cause = "page dead, its socket open" + (" (a step)" if mode == "step" else "")
     # A step needs no holding: it ends by the page's silence, seen at the host's next look.
     measured(END_TO_END, "P3", cause, ms, limits.COMMAND_TTL_MS)

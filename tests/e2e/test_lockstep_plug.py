@@ -28,7 +28,7 @@ def drives_again(chair: Lockstep) -> None:
 @pytest.mark.parametrize("out_ms", [1, 90, 400, 1500])
 def test_p14_cable_pulled_and_replugged(enter: Callable[[Lockstep], None], out_ms: int) -> None:
     chair = states.chair_in(enter)
-    heard_before_ms = chair.unheard_ms
+    received_before_ms = chair.unheard_ms
     chair.cable.pull()
     moved_ms = 0
     for ms in range(1, out_ms + 1):
@@ -37,7 +37,7 @@ def test_p14_cable_pulled_and_replugged(enter: Callable[[Lockstep], None], out_m
             moved_ms = ms
     if moved_ms:
         measured(
-            END_TO_END, "P2", "cable pulled", heard_before_ms + moved_ms, limits.HOST_SILENT_MS
+            END_TO_END, "P2", "cable pulled", received_before_ms + moved_ms, limits.HOST_SILENT_MS
         )
     chair.cable.plug()
     for _ in range(400):

@@ -87,11 +87,11 @@ def test_somebodys_stop_is_newer_than_a_ga_that_was_longer_on_its_way(chair: Pic
 
 def test_whose_lidars_show_nothing_it_says_so_in_time(tmp_path: Path) -> None:
     chair = OnFloor(tmp_path)
-    heard = chair._runner.heard
+    received = chair._runner.received
 
-    def not_scans(said: object, now_s: float) -> None:
-        if not isinstance(said, HalfTurn):
-            heard(said, now_s)  # type: ignore[arg-type]
+    def not_scans(sent: object, now_s: float) -> None:
+        if not isinstance(sent, HalfTurn):
+            received(sent, now_s)  # type: ignore[arg-type]
 
-    chair._runner.heard = not_scans  # type: ignore[method-assign]
+    chair._runner.received = not_scans  # type: ignore[method-assign]
     assert looks(chair) == "look_no_place"

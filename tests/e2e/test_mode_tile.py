@@ -133,11 +133,11 @@ def test_a_mode_whose_process_dies_ends_is_greyed_and_comes_back_without_driving
         best_ms = min(best_ms, neutral_ms(stack, mark, since_s))
 
         # A machine that stalled lets the command expire on the board first, which is told first.
-        def greyed_and_told() -> bool:
-            said = driver.page.evaluate("window.greyed")
-            return "Rechtuit" in said or "te laat" in said
+        def greyed_with_reason() -> bool:
+            text = driver.page.evaluate("window.greyed")
+            return "Rechtuit" in text or "te laat" in text
 
-        driver.wait(greyed_and_told, 10, "the tile is greyed, and why is told")
+        driver.wait(greyed_with_reason, 10, "the tile is greyed, and why is told")
         driver.wait(lambda: able(driver), 30, "the mode is back")
         driver.page.wait_for_timeout(500)
         assert tuple(stack.control().wipers()) == NEUTRAL  # the button was pressed all the time

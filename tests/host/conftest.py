@@ -31,7 +31,7 @@ class FakeBoard:
         self.flags = 0
         self.limits = LIMITS
         self.status = codes.DISARMED
-        self.heard: list[tuple[str, dict[str, Any]]] = []
+        self.received: list[tuple[str, dict[str, Any]]] = []
         self.stamps: list[int] = []
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
@@ -84,14 +84,14 @@ class FakeBoard:
 
     def take(self, name: str) -> list[dict[str, Any]]:
         """The messages of this name heard since the last call of take or forget."""
-        found = [fields for kind, fields in self.heard if kind == name]
-        self.heard.clear()
+        found = [fields for kind, fields in self.received if kind == name]
+        self.received.clear()
         return found
 
     def _on_frame(self, buf: bytearray) -> bytes:
         message = messages.BY_TYPE[buf[messages.TYPE_AT]]
         fields = message.unpack(buf)
-        self.heard.append((message.name, fields))
+        self.received.append((message.name, fields))
         self.stamps.append(frame.u16(buf, messages.STAMP_AT))
         if message is messages.HELLO:
             if fields["schema_hash"] == self.schema_hash:
@@ -151,9 +151,9 @@ class Cable:
                 with contextlib.suppress(OSError):  # nobody listens
                     os.write(self._master, data)
 
-    def heard(self, name: str) -> list[dict[str, Any]]:
+    def received(self, name: str) -> list[dict[str, Any]]:
         with self._lock:
-            return [fields for kind, fields in list(self.board.heard) if kind == name]
+            return [fields for kind, fields in list(self.board.received) if kind == name]
 
     def close(self) -> None:
         self._ending.set()

@@ -58,9 +58,9 @@ def test_a_bad_configuration_ends_run_in_one_line(
     file = tmp_path / "chair.toml"
     file.write_text("[web]\nport = -1\n")
     assert cli.main(["run", "--config", str(file)]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"gazechair: {file}:2: web.port must be")
-    assert said.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert printed.startswith(f"gazechair: {file}:2: web.port must be")
+    assert printed.count("\n") == 1
 
 
 def test_a_taken_web_port_ends_run_in_one_line(
@@ -259,8 +259,10 @@ def test_the_doctor_names_damaged_files_and_changes_none(
     names += ["profiles.json", "speed_cap"]
     for name in names:
         (state / name).write_bytes(b"\xff\n")
-    told = [one for one in doctor.examine(file) if one.what == "state folder" and one.level == WARN]
-    assert sorted(Path(one.found.partition(":")[0]).name for one in told) == names
+    reported = [
+        one for one in doctor.examine(file) if one.what == "state folder" and one.level == WARN
+    ]
+    assert sorted(Path(one.found.partition(":")[0]).name for one in reported) == names
     assert sorted(one.name for one in state.iterdir()) == names
 
 

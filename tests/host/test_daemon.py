@@ -76,17 +76,17 @@ def page(daemon: Daemon, cable: Any) -> Iterator[Page]:
 def test_a_page_arms_drives_and_stops_through_all_parts(cable: Any, page: Page) -> None:
     wait_until(lambda: page.saw(board="ok", state="disarmed"), "the board is seen")
     page.say(k="arm", token=page.state["token"])
-    wait_until(lambda: cable.heard("order"), "the order to arm arrives")
+    wait_until(lambda: cable.received("order"), "the order to arm arrives")
     cable.state = {"status": codes.ARMED}
     wait_until(lambda: page.saw(state="armed", you=True), "the page sees it armed")
     token = page.state["token"]
     page.say(k="cmd", verb="left", mode="step", edge=1, token=token)
     wait_until(
-        lambda: any(row["verb"] == codes.LEFT for row in cable.heard("command")),
+        lambda: any(row["verb"] == codes.LEFT for row in cable.received("command")),
         "the command arrives",
     )
     page.say(k="stop")
-    wait_until(lambda: cable.heard("command")[-1]["verb"] == codes.STOP, "the stop arrives")
+    wait_until(lambda: cable.received("command")[-1]["verb"] == codes.STOP, "the stop arrives")
 
 
 @pytest.mark.parametrize("content", [None, b"", b"\xff" * 10_000])
@@ -109,7 +109,7 @@ def test_a_driver_drives_whatever_is_in_the_place_of_the_files_of_the_state_fold
         page = Page(daemon.url, {"Cookie": cookie(state)})
         wait_until(lambda: page.saw(board="ok", state="disarmed"), "the board is seen")
         page.say(k="arm", token=page.state["token"])
-        wait_until(lambda: page.saw() and cable.heard("order"), "the order to arm arrives")
+        wait_until(lambda: page.saw() and cable.received("order"), "the order to arm arrives")
         page.close()
     finally:
         daemon.stop()
@@ -140,7 +140,7 @@ def test_stopping_disarms_the_board_and_leaves_no_thread(cable: Any) -> None:
     wait_until(lambda: daemon.link.state() is not None, "the board is found")
     daemon.stop()
     wait_until(
-        lambda: any(row["action"] == codes.DISARM for row in cable.heard("order")),
+        lambda: any(row["action"] == codes.DISARM for row in cable.received("order")),
         "the order to disarm arrives",
     )
     left = [thread.name for thread in set(threading.enumerate()) - before]

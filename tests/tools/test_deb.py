@@ -53,12 +53,12 @@ def test_the_service_is_confined() -> None:
 
 
 def test_udev_knows_every_device_of_the_hosts_table() -> None:
-    told = rules()
+    text = rules()
     for vendor, product, role, _what in ports.KNOWN:
         named = f'ATTRS{{idVendor}}=="{vendor:04x}"'
         if product is not None:
             named += f', ATTRS{{idProduct}}=="{product:04x}"'
-        assert (named in told) == (role != ports.OTHER)
+        assert (named in text) == (role != ports.OTHER)
 
 
 def test_a_port_is_the_groups_that_the_service_and_the_advice_have() -> None:
@@ -252,25 +252,25 @@ def root(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Root]:
 @contextlib.contextmanager
 def running(root: Root) -> Iterator[socket.socket]:
     """The service as its unit runs it, once its page answers; and what it tells systemd next."""
-    heard = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    received = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     place = root.folder / "run" / "notify"
-    heard.bind(str(place))
+    received.bind(str(place))
     place.chmod(0o777)
-    heard.settimeout(60.0)
-    told = ["NOTIFY_SOCKET=/run/notify", "WATCHDOG_USEC=1000000"]
-    told.append("STATE_DIRECTORY=/var/lib/gazechair")
+    received.settimeout(60.0)
+    environment_lines = ["NOTIFY_SOCKET=/run/notify", "WATCHDOG_USEC=1000000"]
+    environment_lines.append("STATE_DIRECTORY=/var/lib/gazechair")
     command = ["/opt/gazechair/current/bin/gazechair", "run"]
     command += ["--config", "/etc/gazechair/gazechair.toml"]
-    words = ["runuser", "-u", "gazechair", "--", "env", *told, *command]
+    words = ["runuser", "-u", "gazechair", "--", "env", *environment_lines, *command]
     service = subprocess.Popen(root.command(*words), stdout=subprocess.DEVNULL)
     try:
-        assert heard.recv(1000).startswith(b"READY=1")
+        assert received.recv(1000).startswith(b"READY=1")
         assert root.page(service.pid) == "200\n"
-        yield heard
+        yield received
     finally:
         service.terminate()
         service.wait(20)
-        heard.close()
+        received.close()
         place.unlink()
 
 
@@ -279,9 +279,9 @@ def test_it_installs_offline_serves_is_upgraded_and_goes_back(root: Root, debs: 
     older, newer = debs
     start_s, used_before_s = time.monotonic(), used_s()
     root.install(older)
-    with running(root) as heard:
+    with running(root) as received:
         took_s = time.monotonic() - start_s
-        assert heard.recv(1000) == b"WATCHDOG=1"
+        assert received.recv(1000) == b"WATCHDOG=1"
         assert "caretaker" in root.run("gazechair", "pair", "--role", "caretaker")
         # No board is plugged in: it ends with 1.
         found = root.run("sh", "-c", "gazechair doctor || [ $? = 1 ]")

@@ -23,7 +23,7 @@ def program(path: Path, act: str) -> None:
     path.chmod(0o755)
 
 
-def said(tmp_path: Path, user: int, words: str) -> list[str]:
+def printed(tmp_path: Path, user: int, words: str) -> list[str]:
     """What the command started with: configuration, state folder (if it is the service), words."""
     program(tmp_path / "opt/gazechair/current/bin/gazechair", SAYS)
     program(tmp_path / "bin/id", f"echo {user}")
@@ -38,11 +38,11 @@ def said(tmp_path: Path, user: int, words: str) -> list[str]:
 
 @pytest.mark.parametrize(("user", "state"), [(ROOT, STATE), (SOMEBODY, "")])
 def test_it_has_the_configuration_of_the_service(tmp_path: Path, user: int, state: str) -> None:
-    file, folder, words = said(tmp_path, user, "alert test")
+    file, folder, words = printed(tmp_path, user, "alert test")
     assert f"--config {file}\n" in (COMMAND.parent / "gazechair.service").read_text()
     assert (folder, words) == (state, "alert test")
 
 
 def test_a_hotspot_stays_roots(tmp_path: Path) -> None:
     """NetworkManager keeps its connections from every other user."""
-    assert said(tmp_path, ROOT, "hotspot on")[1:] == ["", "hotspot on"]
+    assert printed(tmp_path, ROOT, "hotspot on")[1:] == ["", "hotspot on"]

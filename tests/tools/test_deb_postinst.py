@@ -161,8 +161,8 @@ def test_a_change_that_a_power_cut_interrupted_is_told_with_the_versions_there_a
     before = home / "before"
     before.unlink()
     before.symlink_to("2.0")  # the first of the two links that `back` replaces
-    said = machine.change("back")
-    assert said.stdout.splitlines() == [
+    output = machine.change("back")
+    assert output.stdout.splitlines() == [
         "gazechair runs version 2.0 already; there are:",
         "1.0",
         "2.0",
@@ -179,8 +179,8 @@ def test_the_service_restarts_with_the_version_that_is_told(
     machine.install()
     machine.upgrade("2.0")
     assert machine.restarts() == 1  # at the installer's end, when systemd knows the new unit
-    said = machine.change(*words)
-    assert said.stdout == "gazechair runs version 1.0 now\n"
+    output = machine.change(*words)
+    assert output.stdout == "gazechair runs version 1.0 now\n"
     assert machine.restarts() == 2
 
 

@@ -65,10 +65,10 @@ def test_it_goes_on_while_the_host_is_slow_to_answer(
 ) -> None:
     answers = ["first", SLOW, True, False, SLOW, False, "second", True]
     assert run(monkeypatch, *answers) == 2
-    said = capsys.readouterr()
-    assert "page: first\n" in said.out
-    assert "browser: second\n" in said.out
-    assert said.err == "tools/demo: host ended (1): no message\n"
+    output = capsys.readouterr()
+    assert "page: first\n" in output.out
+    assert "browser: second\n" in output.out
+    assert output.err == "tools/demo: host ended (1): no message\n"
 
 
 def test_without_any_answer_it_says_so_in_one_line(

@@ -56,16 +56,16 @@ def run(env: dict[str, str], *words: str) -> str:
 def test_the_module_passes_the_check_and_drives_the_chair(
     name: str, environment: dict[str, str]
 ) -> None:
-    said = run(environment, "-m", "gazechair", "plugin", "check", f"{KINDS[name]}.{name}")
-    assert "ok    armed, it drives the chair: wipers after" in said
-    assert "FAILS" not in said
+    output = run(environment, "-m", "gazechair", "plugin", "check", f"{KINDS[name]}.{name}")
+    assert "ok    armed, it drives the chair: wipers after" in output
+    assert "FAILS" not in output
 
 
 def test_it_is_listed_beside_ours(environment: dict[str, str]) -> None:
-    said = run(environment, "-m", "gazechair", "plugin", "list")
+    output = run(environment, "-m", "gazechair", "plugin", "list")
     for title in ("input.gamepad (gazechair)", "input.words (gazechair-words)", "mode.ahead ("):
-        assert title in said
-    assert "ModuleNotFoundError" not in said
+        assert title in output
+    assert "ModuleNotFoundError" not in output
 
 
 def test_a_module_is_some_40_lines_and_the_configuration_is_one() -> None:

@@ -130,11 +130,11 @@ def test_without_root_the_command_to_type_is_said(monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize("failures", range(len(apt.RETRY_AFTER_S) + 2))
 def test_a_mirror_that_is_being_synchronised_is_asked_again(tmp_path, monkeypatch, failures):
     """Lists and checksums of two days: apt-get fails for some minutes, then not."""
-    asked, slept = [], []
+    commands, slept = [], []
 
     def run(command, **_) -> str:
-        asked.append(command)
-        if "update" in command and len(asked) <= failures:
+        commands.append(command)
+        if "update" in command and len(commands) <= failures:
             raise NotAvailable("File has unexpected size")
         return ""
 
@@ -149,10 +149,10 @@ def test_a_mirror_that_is_being_synchronised_is_asked_again(tmp_path, monkeypatc
     if failures > len(apt.RETRY_AFTER_S):
         with pytest.raises(NotAvailable, match="unexpected size"):
             unpack()
-        assert not any("download" in command for command in asked)
+        assert not any("download" in command for command in commands)
     else:
         unpack()
-        assert "download" in asked[-1]
+        assert "download" in commands[-1]
     assert tuple(slept) == apt.RETRY_AFTER_S[:failures]
 
 

@@ -70,8 +70,8 @@ def test_a_native_one_is_the_last_resort_and_64_bits_are_said_aloud(
     path = program(bare / "bin" / "micropython", SAYS.format("micropython 1.22.1 64"))
     found = finder.ensure_micropython(local=bare)
     assert found == (path, "MicroPython 1.22.1, 64-bit, on PATH")
-    said = capsys.readouterr().out
-    assert "64-bit: allocation and integer limits differ" in said
+    output = capsys.readouterr().out
+    assert "64-bit: allocation and integer limits differ" in output
 
 
 def test_with_none_at_all_the_reason_is_one_line(bare: Path) -> None:

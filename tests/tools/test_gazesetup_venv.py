@@ -173,10 +173,10 @@ def test_a_folder_that_cannot_be_written_is_one_plain_line(tmp_path: Path, comma
     (tmp_path / ".local/setup.lock").mkdir(parents=True)
     words = [sys.executable, "-I", str(tmp_path / "tools" / command)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=60)
-    said = done.stdout + done.stderr
-    assert done.returncode == 2, said
-    assert said.count("\n") == 1
-    assert f"cannot write {tmp_path}/.local/setup.lock (Is a directory)" in said
+    output = done.stdout + done.stderr
+    assert done.returncode == 2, output
+    assert output.count("\n") == 1
+    assert f"cannot write {tmp_path}/.local/setup.lock (Is a directory)" in output
 
 
 def test_what_a_set_up_as_root_left_is_named(root: Path, commands: FakeCommands) -> None:

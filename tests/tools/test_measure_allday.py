@@ -231,8 +231,8 @@ def test_a_flood_of_which_a_route_delivers_nothing_falls_short(
     target._server.server_close()
 
     def call(on: bool = True) -> float:
-        if on and now_s[0] > 101.0 and not target.heard:
-            target.heard.extend((name, now_s[0]) for name in delivers)
+        if on and now_s[0] > 101.0 and not target.received:
+            target.received.extend((name, now_s[0]) for name in delivers)
         return now_s[0]
 
     row = {"number": 1, "state": "open"}

@@ -117,8 +117,8 @@ def test_drives_on_record_are_not_run_again_and_are_counted(
     both = home_record.drives(drive_once, jobs, file)
     assert both[0] == first[0]
     assert [one.job for one in both] == jobs
-    told = json.loads(file.read_text())["one lidar"]
-    assert (told["drives"], told["hours"]) == (2, 0.33)
-    assert told["end error by way, most, %"] == 0.1
-    assert told["called stuck or pushed without cause"] == 1
-    assert told["homes with a doubled room"] == 2
+    summary = json.loads(file.read_text())["one lidar"]
+    assert (summary["drives"], summary["hours"]) == (2, 0.33)
+    assert summary["end error by way, most, %"] == 0.1
+    assert summary["called stuck or pushed without cause"] == 1
+    assert summary["homes with a doubled room"] == 2

@@ -47,7 +47,7 @@ def test_the_switch_is_pressed_after_the_light_and_held_as_long_as_planned() -> 
         for kind, _ in person.tick(at, way, False):
             events.append((kind, at))
             if kind == "keydown":
-                person.hears("left", 1, at, way)
+                person.receives("left", 1, at, way)
     (down, pressed_s), (up, released_s) = events
     assert (down, up, person.presses) == ("keydown", "keyup", 1)
     assert 1.15 <= pressed_s <= 2.7
@@ -71,9 +71,9 @@ def test_who_stands_before_the_door_lets_go_turns_and_goes_on() -> None:
         for kind, _ in person.tick(n * 0.025, way, False):
             events.append(kind)
             if kind == "keydown":
-                person.hears("forward", 1, n * 0.025, way)
+                person.receives("forward", 1, n * 0.025, way)
         if "keyup" in events:
-            person.hears("stop", 0, n * 0.025, way)
+            person.receives("stop", 0, n * 0.025, way)
             break
     assert events == ["keydown", "keyup"]
     assert way.wanted(None, 1.0) == "right"

@@ -16,8 +16,8 @@ from gazecontract.producer_oracle import Violation
 
 
 def test_nothing_that_is_said_moves_the_chair_against_the_promises() -> None:
-    said, judged = fuzz(12_000)
-    assert said >= 12_000
+    sent, judged = fuzz(12_000)
+    assert sent >= 12_000
     assert judged > 400
 
 

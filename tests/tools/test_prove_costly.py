@@ -65,11 +65,11 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 )
 def test_a_changed_or_new_file_is_told_by_its_folder(tree: Path, name: str, folder: str) -> None:
     row = {"proved": True, "of": record.digest_of(part_costly.digests())}
-    said = {"parts": {"costly": row}, "files": {row["of"]: part_costly.digests()}}
-    assert record.why_not("costly", said, part_costly.digests()) == ""
+    stored = {"parts": {"costly": row}, "files": {row["of"]: part_costly.digests()}}
+    assert record.why_not("costly", stored, part_costly.digests()) == ""
     written(tree, name, "2")
     wanted = f"costly: {Path(folder).name} changed since it was proven: run tools/prove"
-    assert record.why_not("costly", said, part_costly.digests()) == wanted
+    assert record.why_not("costly", stored, part_costly.digests()) == wanted
 
 
 @pytest.mark.parametrize("name", ["tests/web/b.py", "docs/map.md", "web/driver.js"])

@@ -53,10 +53,10 @@ def test_on_two_cores_two_run_side_by_side(tests: Path, monkeypatch: pytest.Monk
     assert part_long.emulated(False, print) == ({"tests": 2}, [])
 
 
-@pytest.mark.parametrize("told", BAD)
-def test_one_of_two_is_not_enough(tests: Path, told: str) -> None:
+@pytest.mark.parametrize("source", BAD)
+def test_one_of_two_is_not_enough(tests: Path, source: str) -> None:
     (tests / "test_one.py").write_text(GOOD)
-    (tests / "test_two.py").write_text(BAD[told])
+    (tests / "test_two.py").write_text(BAD[source])
     figures, short = part_long.emulated(False, print)
     assert figures["tests"] == 1
-    assert told in "\n".join(short)
+    assert source in "\n".join(short)

@@ -82,7 +82,7 @@ def test_the_record_keeps_who_killed(mutants: dict[tuple[str, str], mutate.Mutan
 
 
 @pytest.mark.parametrize(
-    ("known", "broken", "lives", "asked"),
+    ("known", "broken", "lives", "begins"),
     [
         (0, {3}, 3, [1]),
         (3, {3, 5}, 3, [3]),
@@ -91,7 +91,7 @@ def test_the_record_keeps_who_killed(mutants: dict[tuple[str, str], mutate.Mutan
     ],
 )
 def test_a_planted_mistake_is_looked_for_in_every_life_if_the_known_one_is_well(
-    monkeypatch: pytest.MonkeyPatch, known: int, broken: set[int], lives: int, asked: list[int]
+    monkeypatch: pytest.MonkeyPatch, known: int, broken: set[int], lives: int, begins: list[int]
 ) -> None:
     begun = []
 
@@ -102,13 +102,13 @@ def test_a_planted_mistake_is_looked_for_in_every_life_if_the_known_one_is_well(
 
     monkeypatch.setattr(fuzz_mutants, "_fuzz", fuzz)
     assert fuzz_mutants.find(PLANTED[0], 600_000, 1, known).life == lives
-    assert begun == asked
+    assert begun == begins
 
 
 def test_a_mistake_that_no_life_shows_falls_short(monkeypatch: pytest.MonkeyPatch) -> None:
     """The record knows a life for each; one of them breaks no promise now."""
-    said = [(planted.name, 2) for planted in PLANTED]
-    monkeypatch.setattr(record_file, "figures", lambda part: {"lives": said})
+    lives_known = [(planted.name, 2) for planted in PLANTED]
+    monkeypatch.setattr(record_file, "figures", lambda part: {"lives": lives_known})
     monkeypatch.setattr(
         fuzz_mutants, "_fuzz", lambda only, env, first, ticks: ("said", 0 if only else first)
     )
@@ -122,5 +122,5 @@ def test_a_mistake_that_no_life_shows_falls_short(monkeypatch: pytest.MonkeyPatc
 def test_a_fuzzer_that_fails_has_found_nothing(tmp_path: Path) -> None:
     """Only a life that broke a promise counts, not a Python that ends with 1."""
     (tmp_path / "gazeprove.py").write_text("")
-    said, life = fuzz_mutants._fuzz("", {"PYTHONPATH": str(tmp_path)}, 1, 1)
-    assert life == 0, said
+    output, life = fuzz_mutants._fuzz("", {"PYTHONPATH": str(tmp_path)}, 1, 1)
+    assert life == 0, output

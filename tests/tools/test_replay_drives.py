@@ -212,9 +212,9 @@ def test_the_host_was_told_what_was_decided(drive: Any, recorded: Any) -> None:
     ticks = sorted(decisions)
     for state, skipped in states:
         decided = decisions[ticks[bisect_right(ticks, state.board_ms - 1 - skipped) - 1]]
-        told = (state.status & 15, state.status >> 4, state.override, state.faults, state.edge)
+        reported = (state.status & 15, state.status >> 4, state.override, state.faults, state.edge)
         names = ("state", "motion", "override", "faults", "edge")
-        assert told == tuple(getattr(decided, name) for name in names), state
+        assert reported == tuple(getattr(decided, name) for name in names), state
 
 
 def test_a_chair_without_pages_is_recorded_too(tmp_path: Path) -> None:
@@ -241,13 +241,13 @@ def test_a_chair_without_pages_is_recorded_too(tmp_path: Path) -> None:
 def test_the_command(recorded: Any, tmp_path: Path, capsys: Any, monkeypatch: Any) -> None:
     path = str(recorded(cable))
     assert command_line(["replay", path]) == 0
-    said = capsys.readouterr().out
-    assert "all decisions are the same" in said
+    printed = capsys.readouterr().out
+    assert "all decisions are the same" in printed
     monkeypatch.setattr(limits, "HOST_SILENT_MS", 120)
     assert command_line(["replay", path]) == 1
-    said = capsys.readouterr().out
-    assert re.search(r"differs first at \d\d:\d\d:\d\d, tick \d+ of start 1: ", said)
-    assert "host_silent" in said
+    printed = capsys.readouterr().out
+    assert re.search(r"differs first at \d\d:\d\d:\d\d, tick \d+ of start 1: ", printed)
+    assert "host_silent" in printed
 
 
 def test_a_drive_becomes_a_test(
@@ -296,8 +296,8 @@ def test_it_says_where_a_log_ends_early(
         assert capsys.readouterr().out.count("cut.mcap is readable up to 2026-09-21 ") == 1
     cut.write_bytes(data[:2000])
     assert command_line(["replay", str(cut)]) == 2
-    assert "no trace of the board's ticks" in (said := capsys.readouterr().err)
-    assert "cut.mcap is not readable and ends there" in said
+    assert "no trace of the board's ticks" in (printed := capsys.readouterr().err)
+    assert "cut.mcap is not readable and ends there" in printed
 
 
 def test_a_drive_without_decisions_to_compare_with_is_refused(
@@ -358,5 +358,5 @@ def test_a_view_that_cannot_be_written_is_one_line(
     monkeypatch.setattr("os.replace", full)
     picture = tmp_path / "drive.svg"
     assert command_line(["replay", str(recorded(cable)), "--view", str(picture)]) == 2
-    said = f"gazechair: {picture} can't be written: No space left on device\n"
-    assert capsys.readouterr().err == said
+    printed = f"gazechair: {picture} can't be written: No space left on device\n"
+    assert capsys.readouterr().err == printed

@@ -56,9 +56,9 @@ def run(env: dict[str, str], *words: str) -> str:
 
 
 def test_it_keeps_the_contract(environment: dict[str, str]) -> None:
-    said = run(environment, "-m", "gazechair", "plugin", "check", "input.voice")
-    assert "ok    armed, it drives the chair: wipers after" in said
-    assert "FAILS" not in said
+    output = run(environment, "-m", "gazechair", "plugin", "check", "input.voice")
+    assert "ok    armed, it drives the chair: wipers after" in output
+    assert "FAILS" not in output
 
 
 def test_its_own_tests(environment: dict[str, str]) -> None:
@@ -79,8 +79,8 @@ class Room:
 
     def ask(self, word: dict[str, object]) -> bytes:
         """The plug-in's answer; the thread that recognises has read all sound before it."""
-        heard, self.sound = self.sound[:SLICE_BYTES], self.sound[SLICE_BYTES:]
-        os.write(self._fd, heard.ljust(SLICE_BYTES, b"\0"))
+        received, self.sound = self.sound[:SLICE_BYTES], self.sound[SLICE_BYTES:]
+        os.write(self._fd, received.ljust(SLICE_BYTES, b"\0"))
         end_s = time.monotonic() + PATIENCE_S
         while self._unread():
             assert time.monotonic() < end_s, "nobody listens"

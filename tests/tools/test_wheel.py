@@ -35,8 +35,8 @@ def run(installed: Path, *words: str) -> str:
 
 
 def test_it_is_what_runs(installed: Path) -> None:
-    said = run(installed, "-c", "import gazechair, gazeboard; print(gazechair.__file__)")
-    assert Path(said.strip()).is_relative_to(installed)
+    output = run(installed, "-c", "import gazechair, gazeboard; print(gazechair.__file__)")
+    assert Path(output.strip()).is_relative_to(installed)
 
 
 def test_a_module_that_an_earlier_build_left_is_not_in_it(installed: Path) -> None:
@@ -45,9 +45,9 @@ def test_a_module_that_an_earlier_build_left_is_not_in_it(installed: Path) -> No
 
 
 def test_it_knows_its_commit(installed: Path) -> None:
-    said = run(installed, "-m", "gazechair", "--version")
-    assert "commit" in said
-    assert "unknown" not in said
+    output = run(installed, "-m", "gazechair", "--version")
+    assert "commit" in output
+    assert "unknown" not in output
 
 
 def test_it_holds_every_command(installed: Path) -> None:
@@ -87,17 +87,17 @@ def test_its_demo_runs_and_ends(installed: Path) -> None:
         start_new_session=True,
     )
     assert demo.stdout is not None
-    said = ""
+    output = ""
     try:
         for line in demo.stdout:
-            said += line
+            output += line
             if "The driver's page: http" in line:
                 break
         # As a shell and a parent do: twice, to the program and to its group.
         demo.send_signal(signal.SIGINT)
         os.killpg(demo.pid, signal.SIGINT)
-        said += demo.communicate(timeout=COMMAND_S)[0]
+        output += demo.communicate(timeout=COMMAND_S)[0]
     finally:
         demo.kill()
-    assert "Traceback" not in said, said
-    assert demo.returncode == 0, said
+    assert "Traceback" not in output, output
+    assert demo.returncode == 0, output

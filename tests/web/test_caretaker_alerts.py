@@ -73,7 +73,7 @@ def test_an_answer_to_a_call_names_who_answers(caretaker, host):
     caretaker.page.locator("#answer").click()
     wait_until(lambda: host.posted, "the name")
     assert host.posted == [("/alerts", {"acknowledge": 3})]
-    assert caretaker.heard("call") == [{"k": "call", "on": False, "there": False}]
+    assert caretaker.received("call") == [{"k": "call", "on": False, "there": False}]
 
 
 def test_a_press_tests_every_route(caretaker, host):

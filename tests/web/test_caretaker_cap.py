@@ -39,7 +39,7 @@ def test_a_slider_that_is_held_still_keeps_its_place(held):
     assert value(held) == wanted
     assert held.text("#cap-word") == f"{wanted / 10:g} %"
     held.page.mouse.up()
-    assert held.heard("cap") == [{"k": "cap", "permille": wanted}]
+    assert held.received("cap") == [{"k": "cap", "permille": wanted}]
     held.advance(500)  # the host has not confirmed it yet
     assert value(held) == wanted
 

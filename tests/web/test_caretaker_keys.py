@@ -21,7 +21,7 @@ def pushed(caretaker):
     """Pushes the chair ahead by the arrow key."""
     caretaker.page.keyboard.down("ArrowUp")
     caretaker.advance(100)
-    assert caretaker.heard("drive")[-1]["linear"] == 500
+    assert caretaker.received("drive")[-1]["linear"] == 500
 
 
 def keyed(driver, kind, key, code):
@@ -36,10 +36,10 @@ def keyed(driver, kind, key, code):
 def released(driving):
     """Lets the arrow key come up: the chair is stopped, and stays so."""
     driving.page.keyboard.up("ArrowUp")
-    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    assert driving.received("drive", "stop")[-1] == {"k": "stop"}
     driving.forget()
     driving.advance(500)
-    assert driving.heard("drive") == []
+    assert driving.received("drive") == []
 
 
 def test_an_arrow_key_that_comes_up_over_the_slider_stops(driving):
@@ -48,7 +48,7 @@ def test_an_arrow_key_that_comes_up_over_the_slider_stops(driving):
     driving.page.keyboard.down("ArrowUp")  # the key repeats
     assert slider.input_value() == "1000"
     driving.advance(100)
-    assert driving.heard("drive")[-1]["linear"] == 500
+    assert driving.received("drive")[-1]["linear"] == 500
     released(driving)
 
 
@@ -64,12 +64,12 @@ def test_a_key_of_the_keypad_that_comes_up_as_a_digit_stops(caretaker):
     caretaker.state(you=True, owner="caretaker", state="armed")
     keyed(caretaker, "keydown", "ArrowUp", "Numpad8")
     caretaker.advance(100)
-    assert caretaker.heard("drive")[-1]["linear"] == 500
+    assert caretaker.received("drive")[-1]["linear"] == 500
     keyed(caretaker, "keyup", "8", "Numpad8")
-    assert caretaker.heard("drive", "stop")[-1] == {"k": "stop"}
+    assert caretaker.received("drive", "stop")[-1] == {"k": "stop"}
     caretaker.forget()
     caretaker.advance(500)
-    assert caretaker.heard("drive") == []
+    assert caretaker.received("drive") == []
 
 
 def test_two_keys_for_one_direction_push_as_one(driving):
@@ -77,27 +77,27 @@ def test_two_keys_for_one_direction_push_as_one(driving):
     driving.advance(100)
     keyed(driving, "keyup", "8", "Numpad8")
     driving.advance(100)
-    assert {said["linear"] for said in driving.heard("drive")} == {500}
+    assert {sent["linear"] for sent in driving.received("drive")} == {500}
     released(driving)
 
 
 def test_cmd_ends_the_push_of_an_arrow_key(driving):
     driving.page.keyboard.down("Meta")  # macOS reports no release from now on
-    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    assert driving.received("drive", "stop")[-1] == {"k": "stop"}
     driving.forget()
     driving.page.keyboard.down("ArrowUp")  # the key repeats
     driving.page.keyboard.up("Meta")
     driving.page.keyboard.down("ArrowUp")
     driving.advance(500)
-    assert driving.heard("drive") == []
+    assert driving.received("drive") == []
 
 
 def test_an_arrow_key_over_the_slider_drives_nothing(caretaker):
     caretaker.state(you=True, owner="caretaker", state="armed")
     caretaker.page.locator("#cap").focus()
     caretaker.page.keyboard.press("ArrowDown")
-    assert caretaker.heard("drive", "stop") == []
-    assert caretaker.heard("cap")
+    assert caretaker.received("drive", "stop") == []
+    assert caretaker.received("cap")
 
 
 # Buttons that work only while held
@@ -126,13 +126,13 @@ def held(caretaker, button, kind):
     caretaker.page.locator(button).focus()
     caretaker.page.keyboard.down("Enter")
     caretaker.advance(200)
-    assert caretaker.heard(kind)
+    assert caretaker.received(kind)
 
 
 def ended(caretaker, kind):
     caretaker.forget()
     caretaker.advance(500)
-    assert [said for said in caretaker.heard(kind) if said.get("held", True)] == []
+    assert [sent for sent in caretaker.received(kind) if sent.get("held", True)] == []
 
 
 @pytest.mark.parametrize("kind", ["watch", "bypass"])
@@ -158,14 +158,14 @@ def test_a_step_of_the_first_drive_held_by_a_key_ends_when_the_focus_goes(careta
     )
     held(caretaker, button, "step")
     tabbed(caretaker.page)
-    assert caretaker.heard("step")[-1] == {"k": "step", "held": False}
+    assert caretaker.received("step")[-1] == {"k": "step", "held": False}
     ended(caretaker, "step")
 
 
 def test_a_button_held_by_space_is_released_by_a_space_of_another_name(caretaker):
     caretaker.page.locator("#bypass").focus()
     keyed(caretaker, "keydown", " ", "Space")
-    assert caretaker.heard("bypass")
+    assert caretaker.received("bypass")
     keyed(caretaker, "keyup", "\u00a0", "Space")
     ended(caretaker, "bypass")
 
@@ -191,10 +191,10 @@ def test_a_key_that_is_held_presses_a_button_once(caretaker, button, kind):
     for _ in range(3):
         caretaker.advance(600)
         caretaker.page.keyboard.down("Enter")  # Playwright sends a repeat of a key that is down
-    assert len(caretaker.heard(kind)) == 1
+    assert len(caretaker.received(kind)) == 1
     caretaker.page.keyboard.up("Enter")
     caretaker.page.keyboard.down("Enter")
-    assert len(caretaker.heard(kind)) == 2
+    assert len(caretaker.received(kind)) == 2
 
 
 def test_a_key_that_is_held_makes_one_person(caretaker, host):
@@ -211,5 +211,5 @@ def test_a_key_that_is_held_makes_one_person(caretaker, host):
 def test_a_key_that_comes_up_over_its_button_releases_it(caretaker):
     held(caretaker, "#bypass", "bypass")
     caretaker.page.keyboard.up("Enter")
-    assert caretaker.heard("bypass")[-1] == {"k": "bypass", "held": False}
+    assert caretaker.received("bypass")[-1] == {"k": "bypass", "held": False}
     ended(caretaker, "bypass")

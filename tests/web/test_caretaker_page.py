@@ -34,19 +34,19 @@ def test_stop_is_said_when_the_finger_touches(caretaker):
     caretaker.forget()
     caretaker.page.mouse.move(x, y)
     caretaker.page.mouse.down()
-    assert caretaker.heard("stop")
+    assert caretaker.received("stop")
 
 
 def test_stop_by_key(caretaker):
     for key in (" ", "Escape"):
         caretaker.forget()
         caretaker.page.keyboard.press(key)
-        assert caretaker.heard("stop") == [{"k": "stop"}], key
+        assert caretaker.received("stop") == [{"k": "stop"}], key
 
 
 def test_emergency_at_once_and_reset_by_holding_two_seconds(caretaker):
     caretaker.page.locator("#emergency").click()
-    assert caretaker.heard("emergency")[0] == {"k": "emergency"}
+    assert caretaker.received("emergency")[0] == {"k": "emergency"}
     assert not caretaker.page.locator("#reset").is_visible()
     caretaker.state(level="error", message="emergency", state="disarmed")
     caretaker.page.locator("#reset").scroll_into_view_if_needed()
@@ -54,22 +54,22 @@ def test_emergency_at_once_and_reset_by_holding_two_seconds(caretaker):
     caretaker.page.mouse.move(x, y)
     caretaker.page.mouse.down()
     caretaker.advance(1900)
-    assert caretaker.heard("reset") == []
+    assert caretaker.received("reset") == []
     caretaker.advance(200)
     caretaker.page.mouse.up()
     caretaker.advance(3000)
-    assert [set(message) for message in caretaker.heard("reset")] == [{"k", "token", "since"}]
+    assert [set(message) for message in caretaker.received("reset")] == [{"k", "token", "since"}]
 
 
 def test_take_over_and_hand_back(caretaker):
     assert caretaker.text("#take") == "Overnemen"
     caretaker.page.locator("#take").click()
-    assert [set(message) for message in caretaker.heard("take")] == [{"k", "token", "since"}]
+    assert [set(message) for message in caretaker.received("take")] == [{"k", "token", "since"}]
     caretaker.state(you=True, owner="caretaker")
     assert caretaker.text("#take") == "Teruggeven"
     caretaker.advance(500)
     caretaker.page.locator("#take").click()
-    assert caretaker.heard("release") == [{"k": "release"}]
+    assert caretaker.received("release") == [{"k": "release"}]
 
 
 def test_a_double_tap_on_teruggeven_takes_nothing_over(driving):
@@ -78,7 +78,7 @@ def test_a_double_tap_on_teruggeven_takes_nothing_over(driving):
     driving.state(you=False, owner="nobody", state="disarmed")
     driving.advance(200)
     driving.page.locator("#take").click()
-    assert driving.heard("release", "take") == [{"k": "release"}]
+    assert driving.received("release", "take") == [{"k": "release"}]
 
 
 def test_a_reset_that_is_held_ends_when_something_else_is_shown(caretaker):
@@ -90,58 +90,58 @@ def test_a_reset_that_is_held_ends_when_something_else_is_shown(caretaker):
     caretaker.state(message="emergency")
     caretaker.advance(3000)
     caretaker.page.mouse.up()
-    assert caretaker.heard("reset") == []
+    assert caretaker.received("reset") == []
 
 
 def test_a_phone_put_away_gives_back_over_a_link_that_only_seems_lost(driving):
     driving.run_for(600)
     assert driving.data("link") == "lost"
     driving.page.evaluate("dispatchEvent(new Event('blur'))")
-    assert driving.heard("release") == [{"k": "release"}]
+    assert driving.received("release") == [{"k": "release"}]
 
 
 @pytest.mark.parametrize("event", ["blur", "pagehide"])
 def test_a_phone_put_away_before_it_has_taken_over_gives_back(caretaker, event):
     caretaker.page.locator("#take").click()
     caretaker.page.evaluate(f"dispatchEvent(new Event('{event}'))")
-    assert caretaker.heard("release") == []
+    assert caretaker.received("release") == []
     caretaker.state(you=True, owner="caretaker")
-    assert caretaker.heard("release") == [{"k": "release"}]
+    assert caretaker.received("release") == [{"k": "release"}]
     caretaker.state(you=False, owner="nobody", state="disarmed")
     caretaker.advance(500)
     caretaker.forget()
     caretaker.page.locator("#take").click()
     caretaker.state(you=True, owner="caretaker", state="armed")
     caretaker.advance(500)
-    assert [m["k"] for m in caretaker.heard("take", "release")] == ["take"]
+    assert [m["k"] for m in caretaker.received("take", "release")] == ["take"]
 
 
 def test_the_joystick_drives_in_proportion_while_touched_and_springs_back(driving):
     driving.page.mouse.move(*pad(driving, 0, 0))
     driving.page.mouse.down()
-    assert driving.heard("drive")[0].items() >= {"linear": 0, "turn": 0, "edge": 1}.items()
+    assert driving.received("drive")[0].items() >= {"linear": 0, "turn": 0, "edge": 1}.items()
     driving.page.mouse.move(*pad(driving, 0, 0.55))
     driving.advance(100)
-    ahead = driving.heard("drive")[-1]
+    ahead = driving.received("drive")[-1]
     assert (ahead["linear"], ahead["turn"], ahead["edge"]) == (pytest.approx(500, abs=15), 0, 1)
     driving.page.mouse.move(*pad(driving, -3, 0))
     driving.advance(100)
-    left = driving.heard("drive")[-1]
+    left = driving.received("drive")[-1]
     assert (left["linear"], left["turn"]) == (pytest.approx(0, abs=10), pytest.approx(1000, abs=10))
     driving.page.mouse.up()
-    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    assert driving.received("drive", "stop")[-1] == {"k": "stop"}
     driving.forget()
     driving.advance(500)
-    assert driving.heard("drive") == []
+    assert driving.received("drive") == []
 
 
 def test_the_joystick_says_so_every_heartbeat_with_a_fresh_proof(driving):
     driving.page.mouse.move(*pad(driving, 0, 0.5))
     driving.page.mouse.down()
     driving.advance(1000)
-    said = driving.heard("drive")
-    assert len(said) - 1000 // HEARTBEAT_MS in (0, 1)
-    proofs = [message["token"] + message["since"] for message in said]
+    sent = driving.received("drive")
+    assert len(sent) - 1000 // HEARTBEAT_MS in (0, 1)
+    proofs = [message["token"] + message["since"] for message in sent]
     assert all(b > a for a, b in pairwise(proofs))
 
 
@@ -150,36 +150,36 @@ def test_every_grab_is_a_new_press(driving):
         driving.page.mouse.move(*pad(driving, 0, 0.5))
         driving.page.mouse.down()
         driving.page.mouse.up()
-    assert sorted({message["edge"] for message in driving.heard("drive")}) == [1, 2, 3]
+    assert sorted({message["edge"] for message in driving.received("drive")}) == [1, 2, 3]
 
 
 def test_the_joystick_is_dead_until_taken_over_and_when_driving_goes_off(caretaker):
     caretaker.page.mouse.move(*pad(caretaker, 0, 0.5))
     caretaker.page.mouse.down()
     caretaker.page.mouse.up()
-    assert caretaker.heard("drive") == []
+    assert caretaker.received("drive") == []
     caretaker.state(you=True, owner="caretaker")
     caretaker.page.mouse.down()
-    assert caretaker.heard("drive")
+    assert caretaker.received("drive")
     caretaker.state(state="disarmed")
     caretaker.advance(50)
     caretaker.forget()
     caretaker.state(state="armed")
     caretaker.advance(500)
-    assert caretaker.heard("drive") == []
+    assert caretaker.received("drive") == []
 
 
 def test_arrow_keys_drive_together_while_held(driving):
     driving.page.keyboard.down("ArrowUp")
     driving.page.keyboard.down("ArrowLeft")
     driving.advance(100)
-    both = driving.heard("drive")[-1]
+    both = driving.received("drive")[-1]
     assert (both["linear"], both["turn"], both["edge"]) == (500, 500, 1)
     driving.page.keyboard.up("ArrowUp")
     driving.advance(100)
-    assert driving.heard("drive")[-1].items() >= {"linear": 0, "turn": 500, "edge": 1}.items()
+    assert driving.received("drive")[-1].items() >= {"linear": 0, "turn": 500, "edge": 1}.items()
     driving.page.keyboard.up("ArrowLeft")
-    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    assert driving.received("drive", "stop")[-1] == {"k": "stop"}
 
 
 @pytest.mark.parametrize("event", ["blur", "pagehide"])
@@ -187,12 +187,12 @@ def test_putting_the_phone_away_stops_and_gives_back(driving, event):
     driving.page.keyboard.down("ArrowUp")
     driving.forget()
     driving.page.evaluate(f"dispatchEvent(new Event('{event}'))")
-    assert [message["k"] for message in driving.heard("drive", "stop", "release")] == [
+    assert [message["k"] for message in driving.received("drive", "stop", "release")] == [
         "stop",
         "release",
     ]
     driving.advance(500)
-    assert driving.heard("drive") == []
+    assert driving.received("drive") == []
 
 
 def test_bypass_while_held_with_what_is_left(caretaker):
@@ -204,10 +204,10 @@ def test_bypass_while_held_with_what_is_left(caretaker):
     caretaker.advance(200)
     assert "20 s" in caretaker.text("#bypass")
     caretaker.page.mouse.up()
-    said = caretaker.heard("bypass")
-    assert {message["held"] for message in said[:-1]} == {True}
-    assert {message["edge"] for message in said[:-1]} == {1}
-    assert said[-1] == {"k": "bypass", "held": False}
+    sent = caretaker.received("bypass")
+    assert {message["held"] for message in sent[:-1]} == {True}
+    assert {message["edge"] for message in sent[:-1]} == {1}
+    assert sent[-1] == {"k": "bypass", "held": False}
 
 
 def test_a_chair_that_drives_itself_is_watched_while_the_button_is_held(caretaker):
@@ -219,14 +219,14 @@ def test_a_chair_that_drives_itself_is_watched_while_the_button_is_held(caretake
     caretaker.page.mouse.move(*caretaker.spot("watch"))
     caretaker.page.mouse.down()
     caretaker.advance(300)
-    said = caretaker.heard("watch")
-    assert len(said) >= 4
-    assert all("token" in message for message in said)
+    sent = caretaker.received("watch")
+    assert len(sent) >= 4
+    assert all("token" in message for message in sent)
     caretaker.state(auto=["", "go"])
     assert not button.is_visible()
     caretaker.forget()
     caretaker.advance(300)
-    assert caretaker.heard("watch") == []
+    assert caretaker.received("watch") == []
     caretaker.page.mouse.up()
 
 
@@ -234,7 +234,7 @@ def test_the_cap_is_told_and_shown(caretaker):
     slider = caretaker.page.locator("#cap")
     assert caretaker.text("#cap-word") == "geen grens"
     slider.fill("600")
-    assert caretaker.heard("cap") == [{"k": "cap", "permille": 600}]
+    assert caretaker.received("cap") == [{"k": "cap", "permille": 600}]
     caretaker.state(cap_permille=600)
     assert caretaker.text("#cap-word") == "60 %"
 
@@ -256,7 +256,7 @@ def test_a_call_for_help_is_heard_felt_and_answered(caretaker, artefact):
     assert "vraagt hulp" in caretaker.text("#call")
     artefact("caretaker-call")
     caretaker.page.locator("#answer").click()
-    assert caretaker.heard("call") == [{"k": "call", "on": False, "there": False}]
+    assert caretaker.received("call") == [{"k": "call", "on": False, "there": False}]
     before = caretaker.page.evaluate("shaken")
     caretaker.advance(5000)  # seen: silent, although the host still reports it
     assert caretaker.page.evaluate("shaken") == before
@@ -294,7 +294,7 @@ def test_a_viewer_has_no_controls(page, host, artefact):
     assert page.locator("#sound").is_visible() == (viewer.data("audible") == "false")
     assert viewer.page.locator(".watching").is_visible()
     viewer.page.keyboard.press("ArrowUp")
-    assert viewer.heard("drive", "stop") == []
+    assert viewer.received("drive", "stop") == []
     artefact("caretaker-viewer")
 
 
@@ -344,7 +344,7 @@ def test_without_the_words_about_plug_ins_the_page_works_and_says_so(page, host)
         lambda: person.advance(100) or "niet geladen" in person.text("#status"), "what is missing"
     )
     page.locator("#stop").click()
-    assert person.heard("stop")
+    assert person.received("stop")
     page.unroute("**/nl-plugins.json")
     person.wait_until(
         lambda: person.advance(500) or "is gestopt" in person.text("#status"), "the words"

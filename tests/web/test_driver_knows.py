@@ -94,7 +94,7 @@ def test_help_that_is_coming_is_no_longer_needed_by_the_same_button(driver):
     driver.state(**OFF, coming=True)
     driver.advance(600)
     driver.page.locator("#help").click()
-    assert driver.heard("call") == [{"k": "call", "on": False}]
+    assert driver.received("call") == [{"k": "call", "on": False}]
 
 
 @pytest.mark.parametrize("coming", [True, False])
@@ -104,7 +104,7 @@ def test_a_look_at_help_means_the_words_at_its_beginning(driver, coming):
     driver.advance(300, look="help")
     driver.state(coming=not coming)
     driver.advance(900, look="help")
-    assert driver.heard("call") == []
+    assert driver.received("call") == []
     driver.advance(300, look=(0.5, 0.66))
     driver.state(coming=coming)
     driver.advance(600)
@@ -113,20 +113,20 @@ def test_a_look_at_help_means_the_words_at_its_beginning(driver, coming):
     driver.advance(25, look="help")
     driver.advance(150, look=(0.5, 0.66))  # a blink
     driver.advance(1300, look="help")
-    assert driver.heard("call") == []
+    assert driver.received("call") == []
     driver.advance(300, look=(0.5, 0.66))
     driver.advance(1100, look="help")
-    assert driver.heard("call") == [{"k": "call", "on": coming}]
+    assert driver.received("call") == [{"k": "call", "on": coming}]
 
 
 def test_a_double_tap_on_help_is_one_call(driver):
     driver.page.locator("#help").click()
     driver.state(call=True)
     driver.page.locator("#help").click()
-    assert driver.heard("call") == [{"k": "call", "on": True}]
+    assert driver.received("call") == [{"k": "call", "on": True}]
     driver.advance(600)
     driver.page.locator("#help").click()
-    assert driver.heard("call")[-1] == {"k": "call", "on": False}
+    assert driver.received("call")[-1] == {"k": "call", "on": False}
 
 
 def test_a_caretaker_answers_and_then_is_there(page, host):
@@ -142,9 +142,9 @@ def test_a_caretaker_answers_and_then_is_there(page, host):
     page.locator("#answer").click()  # a double tap, or meant before another caretaker answered
     caretaker.advance(600)
     page.locator("#answer").click()
-    said = [message["there"] for message in caretaker.heard("call")]
-    assert said == [False, False, True]
-    assert {message["on"] for message in caretaker.heard("call")} == {False}
+    sent = [message["there"] for message in caretaker.received("call")]
+    assert sent == [False, False, True]
+    assert {message["on"] for message in caretaker.received("call")} == {False}
     caretaker.state(coming=False)
     assert not page.locator("#answer").is_visible()
 
@@ -165,10 +165,10 @@ def test_stop_shows_that_it_was_seen(driver):
             driver.page.locator("#stop").click()
         else:
             driver.page.keyboard.press("Escape")
-        count = len(driver.heard("stop"))
-        assert seen(driver) == ("asked", "gevraagd …"), by
+        count = len(driver.received("stop"))
+        assert seen(driver) == ("sent", "gevraagd …"), by
         driver.state(stops=count - 1)
-        assert seen(driver)[0] == "asked", by
+        assert seen(driver)[0] == "sent", by
         driver.state(stops=count)
         assert seen(driver) == ("seen", "✓ gezien"), by
         driver.advance(3100)
@@ -193,7 +193,7 @@ def test_the_stops_of_an_earlier_connection_do_not_count(driver, host):
     count = driver.page.evaluate("0")
     driver.forget()
     driver.state(stops=count)
-    assert seen(driver)[0] == "asked"
+    assert seen(driver)[0] == "sent"
     driver.state(stops=1)
     assert seen(driver)[0] == "seen"
 

@@ -153,12 +153,12 @@ async (said) => {{
 def test_the_longest_words_fit_in_the_corner_and_the_banner(page, host: FakeHost, driver):
     messages = page.evaluate("fetch('/strings/nl.json').then(answer => answer.json())")["messages"]
     page.evaluate("document.body.dataset.backward = true")
-    said = []
+    sent = []
     for key in messages:
         host.state.update(level="error", message=key, override=key)
-        said.append([key, host.coming_state(0)])
+        sent.append([key, host.coming_state(0)])
     for screen in on_every_screen(page):
-        assert page.evaluate(UNFIT, said) == [], screen
+        assert page.evaluate(UNFIT, sent) == [], screen
 
 
 @pytest.mark.parametrize("language", ["nl", "en"])

@@ -27,7 +27,7 @@ def test_heartbeats_prove_when_they_were_said(driver):
     driver.advance(600)
     driver.forget()
     driver.advance(1000)
-    beats = driver.heard("hb")
+    beats = driver.received("hb")
     assert len(beats) in (9, 10, 11)
     said_ms = [beat["token"] + beat["since"] for beat in beats]
     assert {b - a for a, b in pairwise(said_ms)} == {100}, beats
@@ -46,22 +46,22 @@ def test_the_token_that_was_delayed_least_is_used(driver):
     driver.state()
     driver.host.now_ms += 80
     driver.page.keyboard.press("ArrowUp")
-    assert {m["token"]: m["since"] for m in driver.heard("cmd")} == {prompt: 200}
+    assert {m["token"]: m["since"] for m in driver.received("cmd")} == {prompt: 200}
 
 
 def test_a_newcomer_drives_with_the_mouse_by_press_and_hold(driver):
     driver.look("forward")
     driver.page.mouse.down()
-    first = driver.heard("cmd")[0]  # before any time passed
+    first = driver.received("cmd")[0]  # before any time passed
     intent = {"verb": "forward", "mode": "continuous", "edge": 1}
     assert first.items() >= {"k": "cmd", **intent}.items()
     driver.advance(1000)
-    assert len(driver.heard("cmd")) - 1000 // HEARTBEAT_MS in (0, 1)
+    assert len(driver.received("cmd")) - 1000 // HEARTBEAT_MS in (0, 1)
     driver.page.mouse.up()
     assert driver.newest()["k"] == "stop"
     driver.forget()
     driver.advance(1500, look="forward")
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
 
 
 def test_hovering_drives_after_the_dwell_and_leaving_stops(driver):
@@ -80,7 +80,7 @@ def test_a_frozen_pointer_stops(driver):
     driver.advance(300)
     driver.forget()
     driver.advance(400)
-    assert [message["k"] for message in driver.heard("cmd", "stop")] == ["stop"]
+    assert [message["k"] for message in driver.received("cmd", "stop")] == ["stop"]
 
 
 def test_a_pointer_event_at_the_same_place_is_no_proof(driver):
@@ -97,12 +97,12 @@ def test_a_step_is_one_edge_until_the_gaze_left_and_returned(driver):
     choose_step(driver)
     driver.hover("left")
     driver.advance(2000, look="left")
-    steps = driver.heard("cmd", "stop")
+    steps = driver.received("cmd", "stop")
     assert {(m["verb"], m["mode"], m["edge"]) for m in steps} == {("left", "step", 1)}
     assert len(steps) == STEP_REPEATS
     driver.hover("left")
     driver.advance(200, look="left")
-    assert [m["edge"] for m in driver.heard("cmd", "stop")] == sorted([1, 2] * STEP_REPEATS)
+    assert [m["edge"] for m in driver.received("cmd", "stop")] == sorted([1, 2] * STEP_REPEATS)
 
 
 def test_a_touch_drives_while_it_lasts_and_a_step_survives_its_end(chromium, page, driver):
@@ -121,7 +121,7 @@ def test_a_touch_drives_while_it_lasts_and_a_step_survives_its_end(chromium, pag
     touch("touchStart", [{"x": x, "y": y}])
     touch("touchEnd", [])
     driver.advance(300)
-    assert [m["k"] for m in driver.heard("cmd", "stop")] == ["cmd"]
+    assert [m["k"] for m in driver.received("cmd", "stop")] == ["cmd"]
 
 
 def test_a_step_that_a_stylus_taps_survives_its_lifting_off(driver):
@@ -129,7 +129,7 @@ def test_a_step_that_a_stylus_taps_survives_its_lifting_off(driver):
     stylus = Stylus(driver)
     stylus.tap("left")
     driver.advance(500)
-    assert {m["k"] for m in driver.heard("cmd", "stop")} == {"cmd"}
+    assert {m["k"] for m in driver.received("cmd", "stop")} == {"cmd"}
 
 
 def test_what_a_stylus_over_the_page_holds_ends_when_it_leaves(driver):
@@ -148,7 +148,7 @@ def test_a_stylus_that_leaves_while_it_dwells_chooses_nothing(driver, mode):
     driver.advance(500, look="forward")
     Stylus(driver).leave()
     driver.advance(300)
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
     driver.hover("forward")
     assert driver.newest()["verb"] == "forward"
 
@@ -158,7 +158,7 @@ def test_a_stylus_that_leaves_while_it_dwells_presses_no_button(driver):
     driver.advance(950, look="arm")
     Stylus(driver).leave()
     driver.advance(300)
-    assert driver.heard("arm") == []
+    assert driver.received("arm") == []
 
 
 def test_an_arrow_key_drives_while_held(driver):
@@ -168,9 +168,9 @@ def test_an_arrow_key_drives_while_held(driver):
         driver.page.keyboard.down(key)  # the keyboard's own repeat is no new press
         driver.advance(400)
         driver.page.keyboard.up(key)
-        said = driver.heard("cmd", "stop")
-        assert {(m["verb"], m["edge"]) for m in said[:-1]} == {(verb, edge)}
-        assert len(said) - 1 - 400 // HEARTBEAT_MS in (0, 1)
+        sent = driver.received("cmd", "stop")
+        assert {(m["verb"], m["edge"]) for m in sent[:-1]} == {(verb, edge)}
+        assert len(sent) - 1 - 400 // HEARTBEAT_MS in (0, 1)
         assert driver.newest()["k"] == "stop"
 
 
@@ -191,7 +191,7 @@ def test_a_key_of_the_keypad_that_comes_up_as_a_digit_stops(driver):
     assert driver.newest()["k"] == "stop"
     driver.forget()
     driver.advance(500)
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
 
 
 def test_cmd_ends_what_a_key_holds(driver):
@@ -203,7 +203,7 @@ def test_cmd_ends_what_a_key_holds(driver):
     driver.page.keyboard.up("Meta")
     driver.page.keyboard.down("ArrowUp")  # the key repeats
     driver.advance(500)
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
 
 
 def test_space_stops_and_enter_arms(driver):
@@ -212,26 +212,26 @@ def test_space_stops_and_enter_arms(driver):
     driver.state(state="disarmed")
     driver.advance(500)
     driver.page.keyboard.press("Enter")
-    assert [set(message) for message in driver.heard("arm")] == [{"k", "token", "since"}]
+    assert [set(message) for message in driver.received("arm")] == [{"k", "token", "since"}]
 
 
 def test_backward_exists_only_when_the_host_says_so(driver, host):
     assert not driver.page.locator("#backward").is_visible()
     driver.page.keyboard.press("ArrowDown")
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
     host.welcome["backward"] = True
     driver.run_for(100)
     driver.open()
     assert driver.page.locator("#backward").is_visible()
     driver.page.keyboard.press("ArrowDown")
-    assert driver.heard("cmd")[0]["verb"] == "backward"
+    assert driver.received("cmd")[0]["verb"] == "backward"
 
 
 def test_stop_acts_on_entry_of_the_pointer(driver):
     driver.hover("forward")
     driver.forget()
     driver.look("stop")
-    assert [m["k"] for m in driver.heard("cmd", "stop")] == ["stop"]
+    assert [m["k"] for m in driver.received("cmd", "stop")] == ["stop"]
 
 
 def test_stop_under_a_pressed_pointer_and_by_a_click(driver):
@@ -239,22 +239,22 @@ def test_stop_under_a_pressed_pointer_and_by_a_click(driver):
     driver.forget()
     driver.page.mouse.down()
     driver.page.mouse.up()
-    assert len(driver.heard("stop")) == 1
+    assert len(driver.received("stop")) == 1
 
 
 def test_arming_by_dwell_by_click_and_back(driver):
     driver.state(state="disarmed", you=False, owner="nobody")
     assert driver.text("#arm-label") == "Rijden aan"
     driver.advance(975, look="arm")
-    assert driver.heard("arm") == []
+    assert driver.received("arm") == []
     driver.advance(1500, look="arm")
-    assert len(driver.heard("arm")) == 1
+    assert len(driver.received("arm")) == 1
     driver.state(state="armed", you=True, owner="driver")
     assert driver.text("#arm-label") == "Rijden uit"
     driver.advance(500)
     driver.page.mouse.down()
     driver.page.mouse.up()
-    assert len(driver.heard("disarm")) == 1
+    assert len(driver.received("disarm")) == 1
 
 
 def test_a_double_tap_on_rijden_uit_is_one_and_so_is_one_on_rijden_aan(driver):
@@ -265,8 +265,8 @@ def test_a_double_tap_on_rijden_uit_is_one_and_so_is_one_on_rijden_aan(driver):
         driver.state(**news)
         driver.advance(200)
         driver.page.locator("#arm").click()
-        assert {m["k"] for m in driver.heard("arm", "disarm")} == {label}
-        assert len(driver.heard("arm", "disarm")) == 1
+        assert {m["k"] for m in driver.received("arm", "disarm")} == {label}
+        assert len(driver.received("arm", "disarm")) == 1
 
 
 @pytest.mark.parametrize("by", ["gaze", "press"])
@@ -279,10 +279,10 @@ def test_what_began_before_driving_went_off_does_not_switch_it_on(driver, by):
     driver.advance(1500, look="arm" if by == "gaze" else None)
     if by == "press":
         driver.page.mouse.up()
-    assert driver.heard("arm", "disarm") == []
+    assert driver.received("arm", "disarm") == []
     driver.advance(300, look=(0.5, 0.66))
     driver.advance(1100, look="arm")
-    assert len(driver.heard("arm")) == 1
+    assert len(driver.received("arm")) == 1
 
 
 def test_the_left_button_is_released_while_another_one_is_down(driver):
@@ -294,12 +294,12 @@ def test_the_left_button_is_released_while_another_one_is_down(driver):
     driver.forget()
     mouse.up()
     driver.advance(100)
-    assert driver.heard("stop") == [{"k": "stop"}]
+    assert driver.received("stop") == [{"k": "stop"}]
     driver.forget()
     driver.advance(500)
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
     mouse.move(*driver.spot("stop"))  # with that one down
-    assert driver.heard("stop") == [{"k": "stop"}]
+    assert driver.received("stop") == [{"k": "stop"}]
     mouse.up(button="right")
 
 
@@ -308,7 +308,7 @@ def test_gaze_commands_nothing_while_disarmed_or_when_another_drives(driver):
     driver.hover("forward")
     driver.state(state="armed", you=False, owner="caretaker")
     driver.hover("forward")
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
     assert "begeleider" in driver.text("#owner")
 
 
@@ -318,7 +318,7 @@ def test_losing_the_armed_state_ends_a_hold_for_good(driver):
     driver.state(state="armed")
     driver.forget()
     driver.advance(2000, look="forward")
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
 
 
 def test_assistive_clicks_without_a_pointer_work(driver):
@@ -327,7 +327,7 @@ def test_assistive_clicks_without_a_pointer_work(driver):
     driver.state(state="disarmed")
     driver.advance(500)
     driver.page.evaluate("document.getElementById('arm').click()")
-    assert len(driver.heard("arm")) == 1
+    assert len(driver.received("arm")) == 1
 
 
 def test_an_entered_target_holds_the_gaze_a_little_longer(driver):
@@ -335,7 +335,7 @@ def test_an_entered_target_holds_the_gaze_a_little_longer(driver):
     beside = ((box["x"] + box["width"] * 1.08) / 1920, (box["y"] + box["height"] / 2) / 1080)
     driver.advance(350, look=(0.5, 0.6))
     driver.advance(1000, look=beside)
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
     driver.hover("left")
     driver.advance(600, look=beside)
     assert driver.newest()["k"] == "cmd"

@@ -33,7 +33,7 @@ def test_the_menu_keeps_stop_and_has_seven_targets_at_most(menu, artefact):
     assert len(targets) == 7
     menu.forget()
     menu.look("stop")
-    assert menu.heard("stop")
+    assert menu.received("stop")
     artefact("driver-menu")
     choose(menu, "back")
     assert menu.data("view") == "drive"
@@ -46,7 +46,7 @@ def test_nothing_drives_from_the_menu(menu):
         menu.advance(500, look=place)
     for key in ("ArrowUp", "ArrowLeft", "ArrowRight", "ArrowDown"):
         menu.page.keyboard.press(key)
-    assert menu.heard("cmd") == []
+    assert menu.received("cmd") == []
 
 
 def test_times_are_changed_by_steps_saved_on_the_host_and_used_at_once(menu, host, artefact):
@@ -62,9 +62,9 @@ def test_times_are_changed_by_steps_saved_on_the_host_and_used_at_once(menu, hos
     menu.forget()
     menu.advance(350, look=(0.5, 0.66))
     menu.advance(675, look="forward")
-    assert menu.heard("cmd") == []
+    assert menu.received("cmd") == []
     menu.advance(75, look="forward")
-    assert menu.heard("cmd")
+    assert menu.received("cmd")
 
 
 def test_a_time_stops_at_its_limit(menu, host):
@@ -126,8 +126,8 @@ def test_a_profile_changed_elsewhere_waits_until_this_page_drives_no_more(driver
     """Nothing saved by another page changes a page that drives: mode, language or arming."""
     page = driver.page
     page.evaluate("window.same = true")
-    asked = []
-    page.on("request", lambda request: asked.append(request.url))
+    requested = []
+    page.on("request", lambda request: requested.append(request.url))
     host.profiles.change({"save": {"id": "1", "mode": "continuous"}}, True)
     host.profiles.change({"save": {"id": "1", **change}}, True)
     driver.forget()
@@ -138,15 +138,15 @@ def test_a_profile_changed_elsewhere_waits_until_this_page_drives_no_more(driver
     assert driver.data("mode") == "continuous"
     assert driver.data("contrast") == "normal"
     assert page.evaluate("window.same && document.documentElement.lang") == "nl"
-    assert not driver.heard("disarm")
-    assert not any("/profiles" in url for url in asked)
+    assert not driver.received("disarm")
+    assert not any("/profiles" in url for url in requested)
     if "language" in change:
         with page.expect_navigation():
             host.state.update(OFF)
             host.say_state()
         return
     driver.state(**OFF)
-    driver.wait_until(lambda: any("/profiles" in url for url in asked), "the profile is read")
+    driver.wait_until(lambda: any("/profiles" in url for url in requested), "the profile is read")
     name, value = next(iter(change.items()))
     if name in ("mode", "contrast"):
         wait_until(lambda: driver.data(name) == value, "the change arrives")
@@ -241,7 +241,7 @@ def test_practice_moves_nothing_and_counts(menu, host, artefact):
         menu.hover(target)
         menu.advance(300, look=(0.5, 0.66))
     menu.page.keyboard.press("ArrowRight")
-    assert menu.heard("arm", "take", "cmd", "drive", "bypass") == []
+    assert menu.received("arm", "take", "cmd", "drive", "bypass") == []
     assert menu.text("#score") == "Vooruit 2 · Links 1 · Rechts 1"
     menu.state(override="obstacle_left")
     artefact("driver-practising")
@@ -251,20 +251,20 @@ def test_practice_moves_nothing_and_counts(menu, host, artefact):
     choose(menu, "tile-1")
     assert menu.data("practice") == "false"
     menu.page.keyboard.press("Enter")
-    assert len(menu.heard("arm")) == 1
+    assert len(menu.received("arm")) == 1
 
 
 def test_a_chair_that_becomes_armed_while_practice_begins_goes_off(menu):
     choose(menu, "tile-1")
     menu.state(state="armed", you=False, owner="caretaker")
     menu.advance(300)
-    assert menu.heard("disarm") == []  # another page's driving
+    assert menu.received("disarm") == []  # another page's driving
     menu.state(state="arming", you=True, owner="driver")  # this page had asked
-    assert menu.heard("disarm")
+    assert menu.received("disarm")
     menu.state(**OFF)
     menu.forget()
     menu.advance(500)
-    assert menu.heard("disarm") == []
+    assert menu.received("disarm") == []
 
 
 @pytest.mark.parametrize("view", ["menu", "eyes"])
@@ -275,7 +275,7 @@ def test_a_chair_that_becomes_armed_closes_the_menu_and_the_eye_test(menu, view)
     menu.state(state="armed", you=True, owner="driver")
     assert menu.data("view") == "drive"
     menu.hover("forward")
-    assert menu.heard("cmd")
+    assert menu.received("cmd")
 
 
 def test_the_eye_test_measures_and_proposes(menu, host, artefact):
@@ -325,14 +325,14 @@ def test_the_eye_test_without_eyes_says_so(menu):
 
 def test_help_is_asked_by_looking_and_taken_back(driver, artefact):
     driver.advance(1100, look="help")
-    assert driver.heard("call") == [{"k": "call", "on": True}]
+    assert driver.received("call") == [{"k": "call", "on": True}]
     driver.state(call=True)
     assert driver.text("#help-label") == "Hulp gevraagd"
     assert driver.page.locator("#help").get_attribute("aria-pressed") == "true"
     driver.advance(600)
     artefact("driver-help")
     choose(driver, "help")
-    assert driver.heard("call")[-1] == {"k": "call", "on": False}
+    assert driver.received("call")[-1] == {"k": "call", "on": False}
 
 
 def test_driving_unused_counts_down_and_goes_off(driver, host):
@@ -346,9 +346,9 @@ def test_driving_unused_counts_down_and_goes_off(driver, host):
     driver.forget()
     driver.advance(7_000, look=(0.5, 0.66))
     assert "Gaat uit over 3 s" in driver.text("#arm-state")
-    assert driver.heard("disarm") == []
+    assert driver.received("disarm") == []
     driver.advance(3100, look=(0.5, 0.66))
-    assert driver.heard("disarm") == [{"k": "disarm"}]
+    assert driver.received("disarm") == [{"k": "disarm"}]
 
 
 def test_driving_that_is_used_stays_on(driver):
@@ -356,7 +356,7 @@ def test_driving_that_is_used_stays_on(driver):
     for _ in range(40):
         driver.state()
         driver.run_for(450)
-    assert driver.heard("disarm") == []
+    assert driver.received("disarm") == []
 
 
 def test_two_clicks_of_a_pointer_that_never_moves_mean_steps(driver):
@@ -369,7 +369,7 @@ def test_two_clicks_of_a_pointer_that_never_moves_mean_steps(driver):
     driver.forget()
     driver.advance(2000)
     driver.page.mouse.click(x, y)
-    assert {m["mode"] for m in driver.heard("cmd")} == {"step"}
+    assert {m["mode"] for m in driver.received("cmd")} == {"step"}
 
 
 def test_a_mouse_that_moves_stays_continuous(driver):
@@ -386,7 +386,7 @@ def test_targets_are_reached_and_pressed_by_tab_and_enter(driver):
     assert driver.page.evaluate("document.activeElement.id") == "arm"
     driver.advance(500)
     driver.page.keyboard.press("Enter")
-    assert len(driver.heard("disarm")) == 1
+    assert len(driver.received("disarm")) == 1
     driver.page.keyboard.press("Tab")
     driver.page.keyboard.press("Enter")
     assert driver.data("mode") == "step"
@@ -394,6 +394,6 @@ def test_targets_are_reached_and_pressed_by_tab_and_enter(driver):
     driver.page.keyboard.press("Tab")
     driver.page.keyboard.down("Enter")
     driver.advance(100)
-    assert {m["verb"] for m in driver.heard("cmd")} == {"forward"}
+    assert {m["verb"] for m in driver.received("cmd")} == {"forward"}
     driver.page.keyboard.up("Enter")
-    assert driver.heard("cmd", "stop")[-1] == {"k": "stop"}
+    assert driver.received("cmd", "stop")[-1] == {"k": "stop"}

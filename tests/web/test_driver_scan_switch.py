@@ -11,7 +11,7 @@ pytestmark = pytest.mark.browser
 @pytest.mark.parametrize("how", ["the release has another name", "Cmd goes down"])
 def test_a_switch_whose_release_cannot_be_recognised_drives_no_further(scanner, how):
     scanner.choose(DIRECTIONS, ["forward"])
-    assert scanner.said()[-1][0] == "cmd"
+    assert scanner.sent()[-1][0] == "cmd"
     if how == "Cmd goes down":
         scanner.page.keyboard.down("Meta")
     else:  # with Option or AltGr down
@@ -19,10 +19,10 @@ def test_a_switch_whose_release_cannot_be_recognised_drives_no_further(scanner, 
             "dispatchEvent(new KeyboardEvent('keyup', {key: '\u00a0', code: 'Space'}))"
         )
         scanner.advance(75)
-    assert scanner.said()[-1] == ("stop", None, None)
+    assert scanner.sent()[-1] == ("stop", None, None)
     scanner.forget()
     scanner.advance(1000)
-    assert scanner.said() == []
+    assert scanner.sent() == []
 
 
 def test_every_key_that_can_be_the_switch_does_nothing_else(page, host):
@@ -38,9 +38,9 @@ def test_every_key_that_can_be_the_switch_does_nothing_else(page, host):
         scanner.choose(DIRECTIONS, ["forward"])
         scanner.up()
         scanner.advance(100)
-        assert [kind for kind, *_ in scanner.said()] == ["cmd", "stop"], name
+        assert [kind for kind, *_ in scanner.sent()] == ["cmd", "stop"], name
         assert page.evaluate("document.activeElement === document.body"), name
-        assert scanner.heard("disarm") == [], name
+        assert scanner.received("disarm") == [], name
 
 
 def test_a_button_is_the_switch_and_two_fingers_are_one(page, host):
@@ -59,22 +59,22 @@ def test_a_button_is_the_switch_and_two_fingers_are_one(page, host):
     touch("touchEnd", 2)
     scanner.advance(100)
     touch("touchEnd")
-    assert scanner.said() == []
+    assert scanner.sent() == []
     scanner.wait_for("forward")
     touch("touchStart", 1)
     scanner.advance(300)
-    assert scanner.said() == [("cmd", "forward", 1)]
+    assert scanner.sent() == [("cmd", "forward", 1)]
     touch("touchStart", 1, 2)  # a press while the chair moves
-    assert scanner.said() == [("stop", None, None)]
+    assert scanner.sent() == [("stop", None, None)]
     scanner.advance(500)
     touch("touchEnd", 2)
     scanner.advance(500)
-    assert scanner.said() == []
+    assert scanner.sent() == []
     touch("touchEnd")
     scanner.look("stop")
     scanner.forget()
     scanner.page.mouse.down()  # on STOP itself
-    assert scanner.said() == [("stop", None, None)]
+    assert scanner.sent() == [("stop", None, None)]
 
 
 def test_a_second_mouse_button_hides_no_release(page, host):
@@ -90,4 +90,4 @@ def test_a_second_mouse_button_hides_no_release(page, host):
     page.mouse.down(button="right")
     page.mouse.up(button="left")
     scanner.advance(100)
-    assert scanner.said()[-1] == ("stop", None, None)
+    assert scanner.sent()[-1] == ("stop", None, None)

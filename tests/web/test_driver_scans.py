@@ -17,7 +17,7 @@ def test_it_is_off_until_a_profile_asks_for_it_and_then_needs_no_reload(driver, 
     driver.advance(2000)
     assert driver.page.evaluate(LIT) == []
     driver.page.keyboard.press(" ")
-    assert driver.heard("stop")
+    assert driver.received("stop")
     driver.state(**OFF)
     host.profiles.change({"save": {"id": "1", **ROWS}}, True)
     driver.state()
@@ -37,13 +37,13 @@ def test_a_held_switch_drives_until_it_is_let_go(scanner, artefact):
     scanner.forget()
     scanner.down()
     scanner.advance(1000)
-    assert 900 <= len(scanner.heard("cmd")) * HEARTBEAT_MS <= 1000
-    assert scanner.said() == [("cmd", "left", 1)]
+    assert 900 <= len(scanner.received("cmd")) * HEARTBEAT_MS <= 1000
+    assert scanner.sent() == [("cmd", "left", 1)]
     scanner.up()
     scanner.advance(75)
-    assert scanner.said() == [("stop", None, None)]
+    assert scanner.sent() == [("stop", None, None)]
     scanner.advance(5000)
-    assert scanner.said() == []
+    assert scanner.sent() == []
 
 
 def test_nothing_is_said_to_be_held_while_the_contact_is_open(scanner):
@@ -54,10 +54,10 @@ def test_nothing_is_said_to_be_held_while_the_contact_is_open(scanner):
         scanner.run_for(25)
         scanner.down()
         scanner.advance(75)
-    assert scanner.said() == [("cmd", "forward", 1)]
+    assert scanner.sent() == [("cmd", "forward", 1)]
     scanner.up()
     scanner.run_for(25)
-    assert scanner.heard("cmd") == []
+    assert scanner.received("cmd") == []
 
 
 def test_a_press_starts_a_step_and_the_next_press_stops(scanner, host):
@@ -65,9 +65,9 @@ def test_a_press_starts_a_step_and_the_next_press_stops(scanner, host):
     scanner.choose(DIRECTIONS, ["left"])
     scanner.up()
     scanner.advance(200)
-    assert scanner.said()[-1] == ("cmd", "left", 1)
+    assert scanner.sent()[-1] == ("cmd", "left", 1)
     scanner.down()  # the board has not reported motion yet
-    assert scanner.said() == [("stop", None, None)]
+    assert scanner.sent() == [("stop", None, None)]
     scanner.advance(1000)
     scanner.up()
     scanner.advance(1000)
@@ -79,45 +79,45 @@ def test_a_press_starts_a_step_and_the_next_press_stops(scanner, host):
     scanner.forget()
     assert scanner.lit() == ["stop"]
     scanner.down()
-    assert scanner.said() == [("stop", None, None)]
+    assert scanner.sent() == [("stop", None, None)]
 
 
 def test_any_press_stops_a_chair_that_others_or_the_eyes_move(scanner):
     scanner.hover("forward")
     scanner.advance(100, look="forward")
-    assert scanner.said()[-1][:2] == ("cmd", "forward")
+    assert scanner.sent()[-1][:2] == ("cmd", "forward")
     scanner.down()
-    assert scanner.said()[-1] == ("stop", None, None)
+    assert scanner.sent()[-1] == ("stop", None, None)
     scanner.advance(500, look="forward")
-    assert scanner.said() == []
+    assert scanner.sent() == []
     scanner.up()
     scanner.state(you=False, owner="caretaker", **MOVES)
     scanner.advance(1000)
     assert scanner.lit() == ["stop"]
     scanner.down()
-    assert scanner.said() == [("stop", None, None)]
+    assert scanner.sent() == [("stop", None, None)]
     scanner.advance(3000)
     scanner.up()
-    assert scanner.said() == []
+    assert scanner.sent() == []
 
 
 def test_the_switch_drives_and_a_look_at_stop_stops_it_for_good(scanner):
     scanner.choose(DIRECTIONS, ["forward"])
     scanner.advance(300, look="left")
-    assert scanner.said()[-1][:2] == ("cmd", "forward")
+    assert scanner.sent()[-1][:2] == ("cmd", "forward")
     scanner.look("stop")
-    assert scanner.said()[-1] == ("stop", None, None)
+    assert scanner.sent()[-1] == ("stop", None, None)
     scanner.advance(2000)
-    assert scanner.said() == []
+    assert scanner.sent() == []
 
 
 def test_looking_can_be_off_beside_it_and_a_finger_works(page, host):
     scanner = opened(page, host, scan_gaze=False)
     scanner.hover("forward")
     scanner.look("stop")
-    assert scanner.said() == []
+    assert scanner.sent() == []
     scanner.page.mouse.down()
-    assert scanner.said() == [("stop", None, None)]
+    assert scanner.sent() == [("stop", None, None)]
 
 
 def test_key_repeats_are_no_press_and_the_scan_waits_meanwhile(scanner):
@@ -126,7 +126,7 @@ def test_key_repeats_are_no_press_and_the_scan_waits_meanwhile(scanner):
         scanner.down()  # Playwright sends a repeat of a key that is down
         scanner.advance(50)
     assert scanner.lit() == ["forward"]
-    assert scanner.said() == []
+    assert scanner.sent() == []
 
 
 def test_a_switch_that_is_held_while_the_page_loads_chooses_nothing(scanner):
@@ -137,7 +137,7 @@ def test_a_switch_that_is_held_while_the_page_loads_chooses_nothing(scanner):
     for _ in range(60):
         scanner.down()
         scanner.advance(50)
-    assert scanner.said() == []
+    assert scanner.sent() == []
     scanner.up()
     scanner.wait_for(*DIRECTIONS)
     scanner.press()
@@ -156,12 +156,12 @@ LOSSES = {
 def test_a_page_without_its_person_ends_everything(scanner):
     for how, event in LOSSES.items():
         scanner.choose(DIRECTIONS, ["forward"])
-        assert scanner.said()[-1][0] == "cmd", how
+        assert scanner.sent()[-1][0] == "cmd", how
         scanner.page.evaluate(event)
-        assert scanner.heard("disarm"), how
-        assert scanner.said() == [("stop", None, None)], how
+        assert scanner.received("disarm"), how
+        assert scanner.sent() == [("stop", None, None)], how
         scanner.advance(3000)
-        assert scanner.said() == [], how
+        assert scanner.sent() == [], how
         scanner.up()
         scanner.wait_for(*DIRECTIONS)
         scanner.down()
@@ -169,20 +169,20 @@ def test_a_page_without_its_person_ends_everything(scanner):
         scanner.forget()
         scanner.advance(1000)
         scanner.up()
-        assert scanner.said() == [], how
+        assert scanner.sent() == [], how
 
 
 def test_a_link_lost_mid_press_ends_it_and_only_stop_is_left(scanner):
     scanner.choose(DIRECTIONS, ["forward"])
     scanner.forget()
     scanner.run_for(700)
-    assert scanner.said()[-1] == ("stop", None, None)
+    assert scanner.sent()[-1] == ("stop", None, None)
     assert scanner.lit() == ["stop"]
     scanner.run_for(1000)
     assert scanner.lit() == ["stop"]
     scanner.connect()
     scanner.advance(3000)
-    assert scanner.said() == []
+    assert scanner.sent() == []
     scanner.up()
     scanner.wait_for(*DIRECTIONS)
     scanner.forget()
@@ -203,7 +203,7 @@ def test_while_driving_is_off_no_direction_is_offered(scanner):
     assert "gele rand" in scanner.text("#hint")
     scanner.wait_for("arm")
     scanner.press()
-    assert len(scanner.heard("arm")) == 1
+    assert len(scanner.received("arm")) == 1
 
 
 def test_the_menu_is_reached_and_left_and_every_tile_can_be_chosen(scanner, host, artefact):
@@ -257,7 +257,7 @@ def test_practice_by_scanning_sends_nothing(scanner):
     scanner.up()
     scanner.advance(100)
     assert "Rechts 1" in scanner.text("#score")
-    assert scanner.heard("cmd", "arm") == []
+    assert scanner.received("cmd", "arm") == []
 
 
 def test_a_profile_changed_elsewhere_waits_until_driving_is_off(scanner, host):
@@ -265,7 +265,7 @@ def test_a_profile_changed_elsewhere_waits_until_driving_is_off(scanner, host):
     wish = {"save": {"id": "1", "scan": "single", "scan_switch": "enter", "scan_ms": 2000}}
     host.profiles.change(wish, True)
     scanner.advance(500)
-    assert scanner.said()[-1][:2] == ("cmd", "forward")
+    assert scanner.sent()[-1][:2] == ("cmd", "forward")
     scanner.up()
     scanner.advance(100)
     scanner.state(**OFF)
@@ -273,15 +273,15 @@ def test_a_profile_changed_elsewhere_waits_until_driving_is_off(scanner, host):
     scanner.key = "Enter"
     scanner.state(state="armed", you=True, owner="driver")
     scanner.choose(["forward"])
-    assert scanner.said()[-1] == ("cmd", "forward", 2)
+    assert scanner.sent()[-1] == ("cmd", "forward", 2)
 
 
 def test_driving_stays_on_long_enough_for_a_slow_scan(page, host):
     scanner = opened(page, host, scan="single", scan_ms=2000, auto_off_s=10)
     scanner.advance(15_000)
-    assert scanner.heard("disarm") == []
+    assert scanner.received("disarm") == []
     scanner.advance(4_000)
-    assert scanner.heard("disarm")
+    assert scanner.received("disarm")
 
 
 def test_driving_stays_on_for_nine_scan_times_within_a_row_too(page, host):
@@ -290,9 +290,9 @@ def test_driving_stays_on_for_nine_scan_times_within_a_row_too(page, host):
     scanner.press()
     assert scanner.lit() == ["forward"]
     scanner.advance(17_000)
-    assert scanner.heard("disarm") == []
+    assert scanner.received("disarm") == []
     scanner.wait_for(*DIRECTIONS)
-    assert scanner.heard("disarm") == []
+    assert scanner.received("disarm") == []
 
 
 def test_the_light_moves_nothing_else_and_is_seen(page, host, artefact):

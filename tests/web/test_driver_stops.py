@@ -41,9 +41,9 @@ def test_hiding_the_page_in_any_way_stops_at_once(driver):
         hold(driver, by)
         driver.forget()
         driver.page.evaluate(event)
-        assert driver.heard("cmd", "stop") == [{"k": "stop"}], how
+        assert driver.received("cmd", "stop") == [{"k": "stop"}], how
         driver.advance(300, look="forward" if by == "gaze" else None)
-        assert driver.heard("cmd") == [], how
+        assert driver.received("cmd") == [], how
         driver.page.mouse.up()
         driver.page.keyboard.up("ArrowUp")
 
@@ -55,7 +55,7 @@ def test_a_page_without_its_person_switches_driving_off(driver):
     for how in AWAY:
         driver.forget()
         driver.page.evaluate(HIDE[how])
-        assert driver.heard("stop", "disarm") == [{"k": "stop"}, {"k": "disarm"}], how
+        assert driver.received("stop", "disarm") == [{"k": "stop"}, {"k": "disarm"}], how
 
 
 @pytest.mark.parametrize("how", AWAY)
@@ -64,7 +64,7 @@ def test_a_page_without_its_person_takes_back_that_driving_was_asked_for(driver,
     driver.advance(500)
     driver.page.locator("#arm").click()
     driver.page.evaluate(HIDE[how])
-    assert [m["k"] for m in driver.heard("arm", "disarm")] == ["arm", "disarm"]
+    assert [m["k"] for m in driver.received("arm", "disarm")] == ["arm", "disarm"]
 
 
 @pytest.mark.parametrize("answer", ["refused", "not armed", "another drives"])
@@ -81,7 +81,7 @@ def test_what_was_not_granted_is_not_taken_back_from_who_drives(driver, host, an
     else:
         driver.state(state="armed", owner="caretaker")
     driver.page.evaluate(HIDE["blur"])
-    assert [m["k"] for m in driver.heard("arm", "disarm")] == ["arm"]
+    assert [m["k"] for m in driver.received("arm", "disarm")] == ["arm"]
 
 
 def test_what_was_never_sent_is_not_taken_back_either(driver):
@@ -90,7 +90,7 @@ def test_what_was_never_sent_is_not_taken_back_either(driver):
     driver.run_for(700)  # no word from the host, and soon somebody else drives
     driver.page.locator("#arm").click()
     driver.page.evaluate(HIDE["blur"])
-    assert driver.heard("arm", "disarm") == []
+    assert driver.received("arm", "disarm") == []
 
 
 def test_looking_away_from_a_page_that_does_not_drive_stops_nobody(driver):
@@ -98,9 +98,9 @@ def test_looking_away_from_a_page_that_does_not_drive_stops_nobody(driver):
     driver.forget()
     for event in HIDE.values():
         driver.page.evaluate(event)
-    assert driver.heard("stop", "disarm") == []
+    assert driver.received("stop", "disarm") == []
     driver.look("stop")
-    assert driver.heard("stop") == [{"k": "stop"}]
+    assert driver.received("stop") == [{"k": "stop"}]
 
 
 @pytest.mark.parametrize("by", ["gaze", "press", "key"])
@@ -111,13 +111,13 @@ def test_a_tablet_that_slept_has_stopped_and_is_off(driver, by):
     driver.page.evaluate("__pwClock.controller.fastForward(3000)")
     driver.host.now_ms += 3000
     driver.connect()
-    said = [message["k"] for message in driver.heard("cmd", "stop", "disarm")]
-    assert said[:1] == ["stop"]
-    assert "disarm" in said
-    assert "cmd" not in said
+    sent = [message["k"] for message in driver.received("cmd", "stop", "disarm")]
+    assert sent[:1] == ["stop"]
+    assert "disarm" in sent
+    assert "cmd" not in sent
     driver.forget()
     driver.advance(1000, look="forward" if by == "gaze" else None)
-    assert driver.heard("cmd") == []
+    assert driver.received("cmd") == []
 
 
 def test_a_jump_of_the_time_of_day_alone_stops_too(driver):
@@ -125,14 +125,14 @@ def test_a_jump_of_the_time_of_day_alone_stops_too(driver):
     driver.forget()
     driver.page.evaluate("() => { const day = Date.now; Date.now = () => day() + 60_000; }")
     driver.advance(50)
-    assert [m["k"] for m in driver.heard("stop", "disarm")] == ["stop", "disarm"]
+    assert [m["k"] for m in driver.received("stop", "disarm")] == ["stop", "disarm"]
 
 
 def test_going_to_another_page_says_stop(driver, host):
     driver.page.keyboard.down("ArrowUp")
     driver.forget()
     driver.page.goto("about:blank")
-    wait_until(lambda: {"k": "stop"} in host.heard, "the stop of a page that goes")
+    wait_until(lambda: {"k": "stop"} in host.received, "the stop of a page that goes")
 
 
 def test_a_silent_host_ends_the_hold_and_is_shown(driver):
@@ -146,7 +146,7 @@ def test_a_silent_host_ends_the_hold_and_is_shown(driver):
     assert not driver.page.locator("#lost").is_visible()
     driver.forget()
     driver.advance(500)
-    assert driver.heard("cmd") == []  # the key is still down: a new press is needed
+    assert driver.received("cmd") == []  # the key is still down: a new press is needed
     driver.page.keyboard.up("ArrowUp")
     driver.page.keyboard.down("ArrowUp")
     assert driver.newest()["edge"] == 2
@@ -158,10 +158,10 @@ def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
     wait_until(lambda: driver.data("link") == "lost", "the page to notice")
     driver.run_for(20_000)  # tries in vain for a while
     host.accepting = True
-    host.heard.clear()
+    host.received.clear()
     driver.connect()
     driver.advance(1000, look="forward")
-    assert driver.heard("cmd") == []  # the gaze never left: nothing starts by itself
+    assert driver.received("cmd") == []  # the gaze never left: nothing starts by itself
     driver.hover("forward")
     assert driver.newest()["edge"] == 2
 
@@ -196,4 +196,4 @@ def test_commands_are_dropped_not_queued_when_the_network_is_stuck(driver):
     driver.page.keyboard.down("ArrowUp")
     driver.advance(300)
     driver.page.keyboard.up("ArrowUp")
-    assert [m["k"] for m in driver.heard("cmd", "hb", "stop")] == ["stop"]
+    assert [m["k"] for m in driver.received("cmd", "hb", "stop")] == ["stop"]

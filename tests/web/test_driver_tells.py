@@ -50,12 +50,12 @@ def test_an_override_is_heard_once_the_browser_allows_sound(driver):
     assert (driver.page.evaluate("tones") == 0) == (driver.data("audible") == "false")
     driver.page.keyboard.press(" ")
 
-    def heard():
+    def received():
         driver.state(override="time_limit")
         driver.state(override="none")
         return driver.page.evaluate("tones") > 0
 
-    wait_until(heard, "a tone")
+    wait_until(received, "a tone")
 
 
 def test_an_unknown_reason_of_a_newer_board_is_shown_by_name(driver):
@@ -84,7 +84,7 @@ def test_an_arming_that_succeeds_says_nothing(driver):
     assert "Klaar om te rijden" in driver.text("#hint")
     driver.advance(500)
     driver.page.keyboard.press("Enter")
-    assert driver.heard("arm")
+    assert driver.received("arm")
     driver.state(state="arming")
     driver.advance(200)
     driver.state(state="armed", you=True, owner="driver")

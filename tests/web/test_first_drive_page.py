@@ -71,7 +71,7 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     page.locator(".first li:nth-child(8) button.held").hover()
     page.mouse.down()
     caretaker.advance(200)
-    held = [m for m in caretaker.heard("step") if m["held"]]
+    held = [m for m in caretaker.received("step") if m["held"]]
     assert len(held) >= 3
     assert {m["step"] for m in held} == {"tune"}
     assert len({m["edge"] for m in held}) == 1
@@ -84,7 +84,7 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     assert text_of("status-text").startswith("Rechtuit: 1 van 3")
     page.mouse.up()
     caretaker.run_for(50)
-    assert caretaker.heard("step")[-1]["held"] is False
+    assert caretaker.received("step")[-1]["held"] is False
     failed = {"step": "tune", "ok": False, "reason": "first_failed", "detail": "the chair slides"}
     now(ended=failed)
     assert text_of("status-text").endswith("the chair slides")
@@ -116,7 +116,7 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     caretaker.advance(100)
     caretaker.forget()
     page.evaluate("window.dispatchEvent(new Event('blur'))")
-    assert caretaker.heard("step")[-1]["held"] is False
+    assert caretaker.received("step")[-1]["held"] is False
     page.mouse.up()
 
 

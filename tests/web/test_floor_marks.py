@@ -216,12 +216,12 @@ def test_it_is_offered_only_while_driving_is_off(marking):
 
 def test_what_is_said_over_the_picture_is_no_mark_and_a_stop_stays_a_stop(marking):
     marking.open()
-    marking.person.state(call=True, heard=True)
+    marking.person.state(call=True, received=True)
     marking.page.locator("#answer").click()
-    wait_until(lambda: marking.person.heard("call"), "the answer to the call")
+    wait_until(lambda: marking.person.received("call"), "the answer to the call")
     assert marking.page.locator("path.cross").count() == 0
     marking.page.locator("#stop").click()
-    assert marking.person.heard("stop")
+    assert marking.person.received("stop")
 
 
 def test_picture_words_and_buttons_have_room(marking):

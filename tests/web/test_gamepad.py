@@ -14,23 +14,23 @@ pytestmark = pytest.mark.browser
 RUN = """
 async (samples) => {
   const { Gamepads } = await import("/static/gamepad.js");
-  const said = [];
+  const events = [];
   let alive = false;
   const gamepads = new Gamepads({
-    lean(place, fresh) {
+    moveTo(place, fresh) {
       if (!fresh && !alive) return false;
       alive = true;
-      said.push([fresh ? "press" : "lean", place.x, place.y]);
+      events.push([fresh ? "press" : "lean", place.x, place.y]);
       return true;
     },
-    letGo: () => { if (alive) said.push(["let go"]); alive = false; },
-    stop: () => { said.push(["stop"]); alive = false; },
+    letGo: () => { if (alive) events.push(["let go"]); alive = false; },
+    stop: () => { events.push(["stop"]); alive = false; },
   });
   const steps = [];
   for (const sample of samples) {
     if (sample === "ended") alive = false;
     else gamepads.look(sample.pads, sample.ready);
-    steps.push([said.splice(0), alive]);
+    steps.push([events.splice(0), alive]);
   }
   return steps;
 }
@@ -62,7 +62,7 @@ MIDDLE, AHEAD, ASIDE = at(pad(0.05, -0.1)), at(pad(0, -1)), at(pad(-1, 0.1))
 def tell(plain_page):
     """The messages of each step."""
     return lambda *samples: [
-        [entry[0] for entry in said] for said, _ in plain_page.evaluate(RUN, list(samples))
+        [entry[0] for entry in sent] for sent, _ in plain_page.evaluate(RUN, list(samples))
     ]
 
 
@@ -81,8 +81,8 @@ def test_the_middle_is_wide_and_the_push_grows_slowly_then_fully(plain_page):
 
 
 def test_a_stick_presses_leans_and_lets_go_in_its_middle(tell):
-    said = tell(MIDDLE, AHEAD, ASIDE, AHEAD, MIDDLE, MIDDLE, ASIDE)
-    assert said == [[], ["press"], ["lean"], ["lean"], ["let go"], [], ["press"]]
+    sent = tell(MIDDLE, AHEAD, ASIDE, AHEAD, MIDDLE, MIDDLE, ASIDE)
+    assert sent == [[], ["press"], ["lean"], ["lean"], ["let go"], [], ["press"]]
 
 
 def test_a_stick_that_leans_when_it_is_connected_must_be_seen_in_its_middle(tell):
@@ -108,15 +108,15 @@ def test_unplugged_is_let_go_and_plugged_in_again_is_a_new_pad(tell):
 
 
 def test_a_press_that_ended_elsewhere_does_not_begin_again_by_itself(tell):
-    said = tell(MIDDLE, AHEAD, "ended", AHEAD, ASIDE, MIDDLE, AHEAD)
-    assert said == [[], ["press"], [], [], [], [], ["press"]]
+    sent = tell(MIDDLE, AHEAD, "ended", AHEAD, ASIDE, MIDDLE, AHEAD)
+    assert sent == [[], ["press"], [], [], [], [], ["press"]]
 
 
 def test_held_direction_buttons_push_half_and_the_stick_counts_before_them(plain_page, tell):
-    ((_, _), (said, _), (both, _)) = plain_page.evaluate(
+    ((_, _), (sent, _), (both, _)) = plain_page.evaluate(
         RUN, [MIDDLE, at(pad(pressed=(12, 14))), at(pad(1, 0, pressed=(12,)))]
     )
-    assert said == [["press", -0.5, -0.5]]
+    assert sent == [["press", -0.5, -0.5]]
     assert both[0][1:] == [pytest.approx(1), 0]
     assert tell(MIDDLE, at(pad(pressed=(12,))), MIDDLE) == [[], ["press"], ["let go"]]
     assert tell(at(pad(pressed=(12,))), at(pad(pressed=(12,)))) == [[], []]
@@ -138,8 +138,8 @@ def test_of_two_pads_the_first_that_presses_has_the_joystick(tell):
     def both(first, second):
         return at(pad(0, first), pad(0, second, index=1, name="second"))
 
-    said = tell(both(0, 0), both(-1, 0), both(-1, -1), both(0, -1), both(0, -1), both(0, 0))
-    assert said == [[], ["press"], ["lean"], ["let go"], [], []]  # the second leans since before
+    sent = tell(both(0, 0), both(-1, 0), both(-1, -1), both(0, -1), both(0, -1), both(0, 0))
+    assert sent == [[], ["press"], ["lean"], ["let go"], [], []]  # the second leans since before
 
 
 def test_no_sequence_of_samples_drives_without_a_centre_and_a_lean(plain_page):
@@ -159,11 +159,11 @@ def test_no_sequence_of_samples_drives_without_a_centre_and_a_lean(plain_page):
         _, alive = next(steps)
         centred = False
         for name in row:
-            said, was, alive = *next(steps), alive
-            said, now = [entry[0] for entry in said], was
+            sent, was, alive = *next(steps), alive
+            sent, now = [entry[0] for entry in sent], was
             assert now == (name == "ahead" and (alive or centred)), (row, name)
-            assert ("press" in said) == (now and not alive), (row, name)
-            assert ("stop" in said) <= (name == "stop"), (row, name)
+            assert ("press" in sent) == (now and not alive), (row, name)
+            assert ("stop" in sent) <= (name == "stop"), (row, name)
             if name != "ended":
                 centred = name == "middle" or (centred and name == "ended")
             alive = now
@@ -183,9 +183,9 @@ class Hand(Driver):
 
     def wishes(self):
         """Requests since the last call, without repetitions."""
-        said = [(m["k"], m.get("linear"), m.get("turn")) for m in self.heard("drive", "stop")]
+        sent = [(m["k"], m.get("linear"), m.get("turn")) for m in self.received("drive", "stop")]
         self.forget()
-        return [wish for n, wish in enumerate(said) if n == 0 or said[n - 1] != wish]
+        return [wish for n, wish in enumerate(sent) if n == 0 or sent[n - 1] != wish]
 
 
 @pytest.fixture
@@ -208,7 +208,7 @@ AHEAD_FULL, STOP = ("drive", 1000, 0), ("stop", None, None)
 def test_the_stick_drives_as_the_pad_does_with_one_edge(hand, artefact):
     hand.page.locator("#pad").scroll_into_view_if_needed()
     hand.hold(pad(0, -1), ms=1000)
-    drives = hand.heard("drive")
+    drives = hand.received("drive")
     assert len(drives) - 1000 // HEARTBEAT_MS in (0, 1)
     assert {m["edge"] for m in drives} == {1}
     assert all({"token", "since"} <= set(m) for m in drives)
@@ -302,7 +302,7 @@ def test_finger_keys_and_stick_never_mix(hand):
 def test_its_stop_button_stops_the_driver_too(hand):
     hand.state(you=False, owner="driver")
     hand.hold(pad(pressed=(1,)), ms=300)
-    assert hand.heard("stop") == [{"k": "stop"}]
+    assert hand.received("stop") == [{"k": "stop"}]
 
 
 def test_a_viewer_has_no_gamepad(page, host):
@@ -312,7 +312,7 @@ def test_a_viewer_has_no_gamepad(page, host):
     person.open("caretaker")
     person.hold(pad(), ms=200)
     person.hold(pad(0, -1), ms=500)
-    assert person.heard("drive") == []
+    assert person.received("drive") == []
 
 
 def test_a_browser_without_gamepads_is_no_error(page, host):

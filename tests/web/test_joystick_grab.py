@@ -39,11 +39,11 @@ def place(driving, right, forward):
     return x, box["y"] + box["height"] * (1 - forward) / 2
 
 
-def said(driving):
+def sent(driving):
     """The newest `drive` request, (linear, turn); older ones are discarded."""
     driving.forget()
     driving.advance(100)
-    wishes = driving.heard("drive")
+    wishes = driving.received("drive")
     return (wishes[-1]["linear"], wishes[-1]["turn"]) if wishes else None
 
 
@@ -51,56 +51,56 @@ def said(driving):
 def test_a_page_that_moves_under_the_finger_changes_nothing(driving, fingers, px):
     x, y = place(driving, 0, 0.19)
     fingers.touch(1, x, y)
-    assert said(driving) == (pytest.approx(100, abs=10), 0)
+    assert sent(driving) == (pytest.approx(100, abs=10), 0)
     driving.page.evaluate(SHOVE, max(0, px))
     if px < 0:
         driving.page.mouse.wheel(0, px)
     fingers.touch(1, x, y + 1)
-    assert said(driving) == (pytest.approx(90, abs=10), 0)
+    assert sent(driving) == (pytest.approx(90, abs=10), 0)
 
 
 def test_a_pad_that_changes_its_size_changes_nothing(driving, fingers):
     x, y = place(driving, 0.3, 0.3)
     fingers.touch(1, x, y)
-    before = said(driving)
+    before = sent(driving)
     driving.page.evaluate("document.getElementById('pad').style.width = '60px'")
     fingers.touch(1, x, y + 0.5)
-    assert said(driving) == pytest.approx(before, abs=10)
+    assert sent(driving) == pytest.approx(before, abs=10)
 
 
 def test_a_second_finger_neither_drives_nor_helps(driving, fingers):
     x, y = place(driving, 0, 0.3)
     fingers.touch(1, x, y)
-    before = said(driving)
+    before = sent(driving)
     fingers.touch(2, *place(driving, 0, 0.95))
-    assert said(driving) == before
+    assert sent(driving) == before
     fingers.touch(2, *place(driving, 0.95, 0))
-    assert said(driving) == before
+    assert sent(driving) == before
     fingers.lift(1)
-    assert said(driving) is None
+    assert sent(driving) is None
     fingers.touch(2, *place(driving, 0, 0.9))
-    assert said(driving) is None
+    assert sent(driving) is None
 
 
 def test_a_second_finger_on_stop_ends_the_grab(driving, fingers):
     fingers.touch(1, *place(driving, 0, 0.5))
-    assert said(driving)
+    assert sent(driving)
     driving.forget()
     fingers.touch(2, *driving.spot("stop"))
-    assert driving.heard("stop")
-    assert said(driving) is None
+    assert driving.received("stop")
+    assert sent(driving) is None
     fingers.touch(1, *place(driving, 0, 0.6))
-    assert said(driving) is None
+    assert sent(driving) is None
 
 
 def test_a_second_finger_on_the_emergency_stop_counts(driving, fingers):
     fingers.touch(1, *place(driving, 0, 0.5))
-    assert said(driving)
+    assert sent(driving)
     driving.forget()
     fingers.touch(2, *driving.spot("emergency"))
     fingers.lift(2)
-    assert driving.heard("emergency")
-    assert said(driving) is None
+    assert driving.received("emergency")
+    assert sent(driving) is None
 
 
 def test_a_second_finger_pauses_a_ride_that_the_first_one_watches(driving, fingers):
@@ -112,20 +112,20 @@ def test_a_second_finger_pauses_a_ride_that_the_first_one_watches(driving, finge
     driving.page.locator("#going").scroll_into_view_if_needed()
     fingers.touch(1, *driving.spot("watch"))
     driving.advance(200)
-    assert driving.heard("watch")
+    assert driving.received("watch")
     driving.forget()
     box = driving.page.locator(pause).bounding_box()
     fingers.touch(2, box["x"] + 9, box["y"] + 9)
     fingers.lift(2)
-    assert driving.heard("stop")
+    assert driving.received("stop")
 
 
 def test_a_touch_taken_away_by_the_system_stops(driving, fingers):
     fingers.touch(1, *place(driving, 0, 0.5))
     driving.advance(100)
     fingers.cancel()
-    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
-    assert said(driving) is None
+    assert driving.received("drive", "stop")[-1] == {"k": "stop"}
+    assert sent(driving) is None
 
 
 def test_a_finger_beyond_the_pad_asks_full_in_its_direction_and_no_more(driving, fingers):
@@ -136,7 +136,7 @@ def test_a_finger_beyond_the_pad_asks_full_in_its_direction_and_no_more(driving,
         (1.2, 1.2, (707, -707)),
     ):
         fingers.touch(1, *place(driving, right, forward))
-        assert said(driving) == pytest.approx(wish, abs=12)
+        assert sent(driving) == pytest.approx(wish, abs=12)
 
 
 def rotate(page):
@@ -157,36 +157,36 @@ TURNED = {
 @pytest.mark.parametrize("how", TURNED)
 def test_a_screen_that_turns_under_the_finger_ends_the_grab(driving, fingers, how):
     fingers.touch(1, *place(driving, 0, 0.5))
-    assert said(driving)
+    assert sent(driving)
     driving.forget()
     TURNED[how](driving.page)
     driving.advance(100)
-    assert driving.heard("stop")
-    assert driving.heard("drive")[2:] == []
+    assert driving.received("stop")
+    assert driving.received("drive")[2:] == []
     fingers.touch(1, 200, 200)
-    assert said(driving) is None
+    assert sent(driving) is None
 
 
 def test_a_page_that_scrolls_under_the_finger_changes_nothing(driving, fingers):
     x, y = place(driving, 0, 0.3)
     fingers.touch(1, x, y)
-    before = said(driving)
+    before = sent(driving)
     driving.page.evaluate("scrollBy(0, -60)")
     fingers.touch(1, x + 0.5, y)
-    assert said(driving) == pytest.approx(before, abs=6)
+    assert sent(driving) == pytest.approx(before, abs=6)
 
 
 def test_a_release_that_nobody_told_ends_the_grab_at_the_next_move(driving):
     """A mouse whose button came up elsewhere moves with no button down."""
     driving.page.mouse.move(*place(driving, 0, 0.5))
     driving.page.mouse.down()
-    assert said(driving)
+    assert sent(driving)
     driving.page.evaluate(
         "document.getElementById('pad').dispatchEvent(new PointerEvent('pointermove',"
         "{pointerId: 1, pointerType: 'mouse', buttons: 0, clientX: 200, clientY: 400}))"
     )
-    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
-    assert said(driving) is None
+    assert driving.received("drive", "stop")[-1] == {"k": "stop"}
+    assert sent(driving) is None
 
 
 def test_the_left_button_comes_up_while_another_one_is_down(driving):
@@ -194,10 +194,10 @@ def test_the_left_button_comes_up_while_another_one_is_down(driving):
     mouse.move(*place(driving, 0, 0.5))
     mouse.down()
     mouse.down(button="right")
-    assert said(driving)
+    assert sent(driving)
     mouse.up()
-    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
-    assert said(driving) is None
+    assert driving.received("drive", "stop")[-1] == {"k": "stop"}
+    assert sent(driving) is None
     mouse.up(button="right")
     driving.page.evaluate("document.getElementById('bypass').scrollIntoView({block: 'center'})")
     mouse.move(*driving.spot("bypass"))
@@ -205,8 +205,8 @@ def test_the_left_button_comes_up_while_another_one_is_down(driving):
     mouse.down(button="right")
     driving.advance(100)
     mouse.up()
-    assert driving.heard("bypass")[-1] == {"k": "bypass", "held": False}
+    assert driving.received("bypass")[-1] == {"k": "bypass", "held": False}
     driving.forget()
     driving.advance(200)
-    assert driving.heard("bypass") == []
+    assert driving.received("bypass") == []
     mouse.up(button="right")

@@ -61,7 +61,7 @@ def status(maps):
     return maps.page.locator("#maps .status-text").inner_text()
 
 
-def asked_to(maps, wish):
+def requests_to(maps, wish):
     """How often the host was asked that."""
     maps.page.evaluate("fetch('/me').then((answer) => answer.text())")
     return [posted for _, posted in maps.host.posted if wish in posted]
@@ -80,10 +80,10 @@ def test_a_tap_after_the_confirmed_one_asks_again(maps, place, text, wish):
     for _ in range(2):
         button.click()
         maps.advance(1000)
-    wait_until(lambda: asked_to(maps, wish) == [{"map": "a1", wish: True}], "the wish")
+    wait_until(lambda: requests_to(maps, wish) == [{"map": "a1", wish: True}], "the wish")
     assert button.inner_text() == text
     button.click()
-    assert len(asked_to(maps, wish)) == 1
+    assert len(requests_to(maps, wish)) == 1
     assert button.inner_text() == "Zeker weten?"
     maps.advance(5100)
     assert button.inner_text() == text
@@ -95,7 +95,7 @@ def test_a_key_that_is_held_on_such_a_button_confirms_nothing(maps):
     for _ in range(3):
         maps.page.keyboard.down("Enter")
         maps.advance(1000)
-    assert asked_to(maps, "delete") == []
+    assert requests_to(maps, "delete") == []
     maps.page.keyboard.up("Enter")
 
 
@@ -108,10 +108,10 @@ def test_another_map_is_not_deleted_by_the_second_press(maps):
     button = maps.page.locator("#maps .rename .sure", has_text="verwijderen")
     assert button.is_visible()
     button.click()
-    assert asked_to(maps, "delete") == []
+    assert requests_to(maps, "delete") == []
     maps.advance(1000)
     maps.page.locator("#maps .rename .sure", has_text="Zeker weten").click()
-    wait_until(lambda: asked_to(maps, "delete") == [{"map": "b2", "delete": True}], "the wish")
+    wait_until(lambda: requests_to(maps, "delete") == [{"map": "b2", "delete": True}], "the wish")
 
 
 # Answers that do not come
@@ -130,25 +130,25 @@ def test_a_map_whose_details_did_not_load_is_asked_for_again(maps):
 
 
 def test_details_that_loaded_are_not_asked_for_again(maps):
-    asked = []
-    maps.page.on("request", lambda request: asked.append(request.url))
+    requested = []
+    maps.page.on("request", lambda request: requested.append(request.url))
     opened(maps)
     maps.advance(3000)
-    assert sum(url.endswith("/maps/a1") for url in asked) == 1
+    assert sum(url.endswith("/maps/a1") for url in requested) == 1
 
 
 def test_the_map_of_an_auto_motion_that_does_not_come_is_asked_for_every_2_s(caretaker):
     host, page = caretaker.host, caretaker.page
     host.replies["GET /maps/a1"] = (500, {"reason": "no_answer"})
     host.pictures["a1"] = PICTURE.png
-    asked = []
-    page.on("request", lambda request: asked.append(request.url))
+    requested = []
+    page.on("request", lambda request: requested.append(request.url))
     goal = {"map": "a1", "x": 3.0, "y": 1.0, "heading": 0.0}
     drives = {"kind": "place", "mode": "to-1", "name": "Bed", "state": "drives", "reason": ""}
     host.state["going"] = {**drives, "goal": goal}
 
     def times() -> int:
-        return sum(url.endswith("/maps/a1") for url in asked)
+        return sum(url.endswith("/maps/a1") for url in requested)
 
     caretaker.wait_until(lambda: caretaker.advance(100) or times() == 1, "the first question")
     caretaker.advance(1500)
@@ -158,7 +158,7 @@ def test_the_map_of_an_auto_motion_that_does_not_come_is_asked_for_every_2_s(car
     host.replies["GET /maps/a1"] = (200, DETAILS)
     drawn = DRAWN.replace("#maps canvas", "#going-map")
     caretaker.wait_until(lambda: caretaker.advance(100) or page.evaluate(drawn), "the map")
-    asked.clear()
+    requested.clear()
     caretaker.advance(3000)
     assert times() == 0
 
@@ -173,15 +173,15 @@ def test_the_map_of_an_auto_motion_is_shown_as_it_is_now(caretaker):
     caretaker.wait_until(lambda: caretaker.advance(100) or there.count() == 1, "its part")
     drawn = DRAWN.replace("#maps canvas", "#going-map")
     caretaker.wait_until(lambda: caretaker.advance(100) or page.evaluate(drawn), "the map")
-    asked = []
-    page.on("request", lambda request: "/maps/" in request.url and asked.append(request.url))
+    requested = []
+    page.on("request", lambda request: "/maps/" in request.url and requested.append(request.url))
     host.state["where"] = {**WHERE, "map": "b2", "version": 9}  # another map's version
     caretaker.advance(1000)
-    assert asked == []
+    assert requested == []
     host.state["where"] = {**WHERE, "version": 8}
-    caretaker.wait_until(lambda: caretaker.advance(100) or len(asked) == 2, "its picture")
+    caretaker.wait_until(lambda: caretaker.advance(100) or len(requested) == 2, "its picture")
     caretaker.advance(1000)
-    assert ["/maps/a1.png" in url for url in asked] == [False, True]
+    assert ["/maps/a1.png" in url for url in requested] == [False, True]
 
 
 def test_no_plan_of_another_map_is_shown_while_a_maps_own_loads(maps):
@@ -230,15 +230,15 @@ def test_a_plan_that_has_changed_is_shown_as_it_is_now(maps):
 
 
 def test_a_damaged_map_is_not_asked_for(maps):
-    asked = []
-    maps.page.on("request", lambda request: asked.append(request.url))
+    requested = []
+    maps.page.on("request", lambda request: requested.append(request.url))
     damaged = {**ROW, "name": "", "problem": "map_damaged"}
     maps.host.replies["GET /maps"] = (200, {**BOTH, "where": None, "maps": [damaged]})
     maps.page.locator("#tab-maps").click()
     choose = maps.page.locator("#maps select").first
     maps.wait_until(lambda: maps.advance(600) or choose.input_value() == "a1", "the list")
     maps.advance(3000)
-    assert not any(url.endswith("/maps/a1") for url in asked)
+    assert not any(url.endswith("/maps/a1") for url in requested)
 
 
 def test_maps_opened_again_while_they_load_work(maps):

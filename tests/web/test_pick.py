@@ -46,7 +46,7 @@ def enlarged(person):
 def sent_messages(person):
     """Everything that was sent, except heartbeats."""
     found = []
-    for m in person.heard("cmd", "mode", "stop", "spot", "arm", "disarm"):
+    for m in person.received("cmd", "mode", "stop", "spot", "arm", "disarm"):
         what = (m["k"], m.get("mode"), m.get("at"))
         if not found or found[-1] != what:
             found.append(what)
@@ -64,7 +64,7 @@ def opened(person):
     person.forget()
     person.hover("plugin-1")
     assert person.data("view") == "pick"
-    sent = person.heard("mode", "cmd", "spot")
+    sent = person.received("mode", "cmd", "spot")
     assert {m["k"] for m in sent} == {"spot"}
     assert {m["at"] for m in sent} == {None}
     person.forget()
@@ -157,7 +157,7 @@ def test_driving_off_ends_an_enlarged_picture(driver):
     driver.state(state="disarmed", you=False, owner="nobody")
     assert not enlarged(driver)
     assert driver.data("view") == "drive"
-    assert driver.heard("spot") == []  # the host would refuse it: nobody drives
+    assert driver.received("spot") == []  # the host would refuse it: nobody drives
 
 
 def test_what_is_shown_starts_by_its_tile_and_by_nothing_else(driver):
@@ -174,7 +174,7 @@ def test_what_is_shown_starts_by_its_tile_and_by_nothing_else(driver):
     # It rides: looks at the picture only watch.
     driver.state(auto=[MODE, ""], going=RIDES)
     driver.advance(4400, look=FREE)
-    assert driver.heard("watch")
+    assert driver.received("watch")
     assert sent_messages(driver) == []
     assert driver.text("#plugin-go .label") == "Pauze"
     assert driver.page.locator("#over-picture .way").count() == 1

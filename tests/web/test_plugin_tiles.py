@@ -27,12 +27,12 @@ pytestmark = pytest.mark.browser
 
 
 def test_without_plug_ins_nothing_is_fetched_and_nothing_is_there(page, host):
-    asked = []
-    page.on("request", lambda request: asked.append(request.url))
+    requested = []
+    page.on("request", lambda request: requested.append(request.url))
     person = Driver(page, host)
     person.open()
     person.advance(500)
-    assert [url for url in asked if "plugin" in url or "menu.js" in url] == []
+    assert [url for url in requested if "plugin" in url or "menu.js" in url] == []
     assert page.locator(".plugin").count() == 0
 
 
@@ -52,18 +52,18 @@ def check_held(ride, by):
         ride.forget()
         begin(ride, target, by)
         ride.advance(500, look=target if by == "gaze" else None)
-        said = ride.heard("cmd", "mode")
-        assert {m["k"] for m in said} == {kind}
-        assert len({m["edge"] for m in said}) == 1
-        assert len(said) >= 10
-        assert all(m["since"] <= 500 for m in said)
+        sent = ride.received("cmd", "mode")
+        assert {m["k"] for m in sent} == {kind}
+        assert len({m["edge"] for m in sent}) == 1
+        assert len(sent) >= 10
+        assert all(m["since"] <= 500 for m in sent)
         if kind == "mode":
-            assert {m["mode"] for m in said} == {"ahead"}
+            assert {m["mode"] for m in sent} == {"ahead"}
         assert ride.page.evaluate(HELD) == target
         ride.forget()
         end(ride, by)
         began = ride.host.now_ms
-        while not ride.heard("stop"):
+        while not ride.received("stop"):
             ride.advance(25, look=(0.5, 0.55) if by == "gaze" else None)
             assert ride.host.now_ms - began < 1000
         took[target] = ride.host.now_ms - began
@@ -77,7 +77,7 @@ def test_a_page_without_its_person_lets_a_mode_go(ride, how):
     ride.advance(100)
     ride.forget()
     ride.page.evaluate(f"dispatchEvent(new Event('{how}'))")
-    assert ride.heard("mode", "stop", "disarm") == [{"k": "stop"}, {"k": "disarm"}]
+    assert ride.received("mode", "stop", "disarm") == [{"k": "stop"}, {"k": "disarm"}]
 
 
 def test_a_frozen_pointer_and_a_lost_link_let_it_go(ride):
@@ -99,7 +99,7 @@ def test_in_step_mode_a_mode_is_held_all_the_same(ride):
     assert ride.data("mode") == "step"
     ride.hover("plugin-0")
     ride.advance(600, look="plugin-0")
-    assert len(ride.heard("mode")) > 10
+    assert len(ride.received("mode")) > 10
     ride.forget()
     ride.advance(300, look=(0.5, 0.55))
     assert moves(ride) == [("stop", None, None)]
@@ -110,22 +110,22 @@ def test_one_look_starts_what_nobody_holds_and_eyes_on_the_page_watch_it(ride):
     ride.state(state="armed", you=True, owner="driver")
     begin(ride, "plugin-0", "gaze")
     ride.advance(400, look="plugin-0")
-    said = ride.heard("mode", "watch")
-    assert {m["k"] for m in said} == {"mode"}
-    assert len({m["edge"] for m in said}) == 1
+    sent = ride.received("mode", "watch")
+    assert {m["k"] for m in sent} == {"mode"}
+    assert len({m["edge"] for m in sent}) == 1
     ride.state(auto=["ahead", ""])
     assert ride.text("#plugin-0 .small") == "rijdt zelf"
     # The eyes leave the tile: nothing is stopped, and they watch while they move on the page.
     for k in range(20):
         ride.advance(50, look=(0.5 + k % 2 / 50, 0.55))
-    assert ride.heard("stop") == []
-    assert 2 <= len(ride.heard("watch")) <= 6
+    assert ride.received("stop") == []
+    assert 2 <= len(ride.received("watch")) <= 6
     ride.forget()
     ride.advance(1000)  # they are nowhere
-    assert ride.heard("watch", "stop") == []
+    assert ride.received("watch", "stop") == []
     # Any tile ends it; after an end before its goal the tile continues it.
     ride.page.locator("#mode").click()
-    assert ride.heard("stop") == [{"k": "stop"}]
+    assert ride.received("stop") == [{"k": "stop"}]
     ride.state(auto=["", "ahead"])
     assert ride.text("#plugin-0 .label") == "Verder"
     ride.state(auto=["", ""])
@@ -133,17 +133,17 @@ def test_one_look_starts_what_nobody_holds_and_eyes_on_the_page_watch_it(ride):
 
 
 def test_looking_from_a_mode_at_a_direction_and_back_steers_as_from_a_direction(ride):
-    said = {}
+    sent = {}
     for target in ("forward", "plugin-0"):
         ride.forget()
         ride.hover(target)
         ride.advance(300, look="left")
         ride.advance(300, look=target)
-        said[target] = [kind for kind, *_ in moves(ride)]
+        sent[target] = [kind for kind, *_ in moves(ride)]
         ride.advance(500, look=(0.5, 0.55))
-    assert said["plugin-0"].count("mode") == said["forward"].count("cmd") - 1 == 2
-    turned = [kind.replace("mode", "cmd") for kind in said["plugin-0"]]
-    assert turned == said["forward"]
+    assert sent["plugin-0"].count("mode") == sent["forward"].count("cmd") - 1 == 2
+    turned = [kind.replace("mode", "cmd") for kind in sent["plugin-0"]]
+    assert turned == sent["forward"]
 
 
 @pytest.mark.parametrize(("first", "second"), [("forward", "plugin-0"), ("plugin-0", "forward")])
@@ -179,7 +179,7 @@ def test_nothing_is_held_before_driving_is_on(ride):
     assert "plugin-0" not in shown(ride)
     assert "help" in shown(ride)
     ride.page.keyboard.press("Enter")
-    assert ride.heard("mode") == []
+    assert ride.received("mode") == []
 
 
 @pytest.mark.parametrize("backward", [False, True], ids=["", "backward"])
@@ -197,7 +197,7 @@ def test_while_somebody_else_drives_hulp_is_there_and_is_pressed(driver, backwar
         driver.forget()
         x, y = driver.spot("help")
         driver.page.mouse.click(x, y)
-        assert driver.heard("call")
+        assert driver.received("call")
         driver.state(you=True, owner="driver")
         driver.advance(50)
 
@@ -210,7 +210,7 @@ def test_practice_counts_it_and_sends_nothing(ride):
     ride.page.locator("#arm").click()
     begin(ride, "plugin-0", "mouse")
     ride.advance(300)
-    assert ride.heard("mode", "cmd") == []
+    assert ride.received("mode", "cmd") == []
     assert "ahead 1" in ride.text("#score")
     ride.page.mouse.up()
 
@@ -223,7 +223,7 @@ def test_it_is_reached_by_scanning_with_one_switch(page, host):
     scanner.forget()
     scanner.down()
     scanner.advance(1000)
-    assert len(scanner.heard("mode")) >= 18
+    assert len(scanner.received("mode")) >= 18
     scanner.up()
     scanner.advance(75)
     assert moves(scanner) == [("mode", "ahead", 1), ("stop", None, None)]
@@ -271,7 +271,7 @@ def test_a_pointer_that_stands_still_watches_nothing(ride):
             "dispatchEvent(new PointerEvent('pointermove', {clientX: 700, clientY: 500}))"
         )
         ride.advance(300)
-    assert len(ride.heard("watch")) == 1
+    assert len(ride.received("watch")) == 1
 
 
 def test_a_short_press_of_a_tile_that_nobody_holds_is_no_tap(ride):
@@ -279,7 +279,7 @@ def test_a_short_press_of_a_tile_that_nobody_holds_is_no_tap(ride):
     for _ in range(3):
         ride.advance(2000)
         ride.page.mouse.click(*ride.spot("plugin-0"))
-    assert len({m["edge"] for m in ride.heard("mode")}) == 3
+    assert len({m["edge"] for m in ride.received("mode")}) == 3
     assert ride.data("mode") == "continuous"
     assert not ride.page.locator("#banner").is_visible()
 
@@ -289,7 +289,7 @@ def test_a_stylus_starts_what_nobody_holds_and_lifting_it_off_stops_nothing(ride
     Stylus(ride).tap("plugin-0")
     ride.state(auto=["ahead", ""])
     ride.advance(500)
-    assert {m["k"] for m in ride.heard("mode", "stop")} == {"mode"}
+    assert {m["k"] for m in ride.received("mode", "stop")} == {"mode"}
 
 
 def test_a_stylus_that_leaves_while_it_dwells_starts_no_ride(ride):
@@ -298,4 +298,4 @@ def test_a_stylus_that_leaves_while_it_dwells_starts_no_ride(ride):
     ride.advance(500, look="plugin-0")
     Stylus(ride).leave()
     ride.advance(300)
-    assert ride.heard("mode") == []
+    assert ride.received("mode") == []

@@ -128,10 +128,10 @@ def test_a_part_that_does_not_come_is_told_and_holds_up_nothing(page, host, file
     assert page.locator("#status").get_attribute("data-level") == "wait"
     person.forget()
     person.look("stop")
-    assert person.heard("stop")
+    assert person.received("stop")
     person.advance(400, look=(0.5, 0.55))
     person.hover("forward")
-    assert person.heard("cmd")
+    assert person.received("cmd")
     page.unroute(f"**/{file}*")
     person.wait_until(lambda: person.advance(500) or "plugin-0" in shown(person), "the tiles")
     assert person.text("#plugin-0 .label") == "Ahead"
@@ -148,7 +148,7 @@ def test_a_part_that_never_answers_holds_up_neither_stop_nor_the_picture(page, h
     host.show(picture(), 1)
     wait_until(lambda: host.acknowledged, "the picture")
     person.look("stop")
-    assert person.heard("stop")
+    assert person.received("stop")
     for route in waiting:
         route.abort()
 

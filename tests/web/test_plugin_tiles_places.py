@@ -167,4 +167,4 @@ def test_hostile_names_stay_on_their_tiles_and_are_no_html(page, host, language)
         person.advance(50)
     person.forget()
     person.hover("plugin-1")
-    assert person.heard("mode")[0]["mode"] == "long"
+    assert person.received("mode")[0]["mode"] == "long"

@@ -10,11 +10,11 @@ OTHERS = ["arm", "mode", "help"]
 RUN = """
 async (steps) => {
   const { Scan } = await import("/static/scan.js");
-  const said = [];
+  const events = [];
   let now = 0;
   const on = {};
   for (const kind of ["show", "press", "release", "doubt", "stop", "used"]) {
-    on[kind] = (...rest) => kind === "used" || said.push([now, kind, ...rest]);
+    on[kind] = (...rest) => kind === "used" || events.push([now, kind, ...rest]);
   }
   const scan = new Scan(on);
   for (const [at, call, ...rest] of steps) {
@@ -22,7 +22,7 @@ async (steps) => {
     if (call === "down" || call === "up") scan[call](rest[0] ?? at, at);
     else scan[call](...rest, at);
   }
-  return said;
+  return events;
 }
 """
 # Every sequence of events to a depth; the rules are those of docs/scanning.md, by what is seen.
@@ -177,12 +177,12 @@ def tell(plain_page):
     return lambda story: plain_page.evaluate(RUN, story.steps)
 
 
-def lit(said):
-    return [entry[2] for entry in said if entry[1] == "show"]
+def lit(events):
+    return [entry[2] for entry in events if entry[1] == "show"]
 
 
-def acts(said):
-    return [entry[1:] for entry in said if entry[1] != "show"]
+def acts(events):
+    return [entry[1:] for entry in events if entry[1] != "show"]
 
 
 def into_row(story):
@@ -191,8 +191,8 @@ def into_row(story):
 
 
 def test_stop_is_first_and_each_row_has_its_time(tell):
-    said = tell(Story().wait(3000))
-    assert said == [[1000, "show", DRIVE], [2000, "show", OTHERS], [3000, "show", ["stop"]]]
+    events = tell(Story().wait(3000))
+    assert events == [[1000, "show", DRIVE], [2000, "show", OTHERS], [3000, "show", ["stop"]]]
 
 
 def test_few_choices_and_whoever_wants_so_are_lit_one_by_one(tell):
@@ -203,36 +203,36 @@ def test_few_choices_and_whoever_wants_so_are_lit_one_by_one(tell):
 
 
 def test_time_alone_chooses_nothing_and_after_three_rounds_the_scan_rests_on_stop(tell):
-    said = tell(Story().wait(60_000))
-    assert acts(said) == []
-    assert said[-1] == [9000, "show", ["stop"]]
-    said = tell(Story().wait(60_000).press().wait(1000))
-    assert acts(said) == [["stop"]]
-    assert lit(said)[-1] == DRIVE
+    events = tell(Story().wait(60_000))
+    assert acts(events) == []
+    assert events[-1] == [9000, "show", ["stop"]]
+    events = tell(Story().wait(60_000).press().wait(1000))
+    assert acts(events) == [["stop"]]
+    assert lit(events)[-1] == DRIVE
 
 
 def test_a_row_is_chosen_then_its_target_and_then_stop_is_lit_again(tell):
-    said = tell(into_row(Story()).wait(1000).press(400))
-    assert acts(said) == [["press", "left"], ["doubt", True], ["release"]]
-    assert lit(said) == [DRIVE, ["forward"], ["left"], ["stop"]]
+    events = tell(into_row(Story()).wait(1000).press(400))
+    assert acts(events) == [["press", "left"], ["doubt", True], ["release"]]
+    assert lit(events) == [DRIVE, ["forward"], ["left"], ["stop"]]
 
 
 def test_a_row_that_is_left_alone_gives_way_to_the_rows_after_two_rounds(tell):
-    said = tell(into_row(Story()).wait(6500))
-    assert lit(said)[-4:] == [["forward"], ["left"], ["right"], ["stop"]]
-    assert acts(said) == []
+    events = tell(into_row(Story()).wait(6500))
+    assert lit(events)[-4:] == [["forward"], ["left"], ["right"], ["stop"]]
+    assert acts(events) == []
 
 
 def test_the_scan_waits_while_the_switch_is_pressed(tell):
-    said = tell(Story().wait(1500).down().wait(10_000).up())
-    assert lit(said) == [DRIVE, ["forward"]]
+    events = tell(Story().wait(1500).down().wait(10_000).up())
+    assert lit(events) == [DRIVE, ["forward"]]
 
 
 def test_a_choice_is_held_as_long_as_the_switch(tell):
     story = into_row(Story())
     began = story.now
-    said = tell(story.down().wait(3000).up().wait(100))
-    held = [entry for entry in said if entry[1] != "show"]
+    events = tell(story.down().wait(3000).up().wait(100))
+    held = [entry for entry in events if entry[1] != "show"]
     assert held == [
         [began + 50, "press", "forward"],
         [began + 3000, "doubt", True],
@@ -259,26 +259,26 @@ def test_a_contact_that_bounces_is_one_press_and_stays_held(tell):
         story.up()
         story.now += 10
         story.down().wait(100)
-    said = acts(tell(story.up().wait(100)))
-    assert [entry[0] for entry in said if entry[0] != "doubt"] == ["press", "release"]
+    events = acts(tell(story.up().wait(100)))
+    assert [entry[0] for entry in events if entry[0] != "doubt"] == ["press", "release"]
 
 
 def test_trembling_after_a_press_does_not_choose_again(tell):
     story = into_row(Story(lockoutMs=900)).wait(550).down().wait(100).up().wait(100)
     for _ in range(5):
         story.down().wait(75).up().wait(75)
-    said = acts(tell(story))
-    assert said.count(["press", "forward"]) == 1
-    assert said.count(["release"]) == 1
-    assert ["stop"] not in said
+    events = acts(tell(story))
+    assert events.count(["press", "forward"]) == 1
+    assert events.count(["release"]) == 1
+    assert ["stop"] not in events
 
 
 def test_every_press_while_the_chair_moves_stops_at_once(tell):
     story = Story(acceptMs=1000, lockoutMs=2000).wait(1500).call("setMoving", True)
     story.down().wait(25).up().wait(50).down().wait(2000).up().wait(100)
-    said = tell(story)
-    assert acts(said) == [["stop"], ["stop"]]
-    assert lit(said)[-1] == ["stop"]
+    events = tell(story)
+    assert acts(events) == [["stop"], ["stop"]]
+    assert lit(events)[-1] == ["stop"]
 
 
 def test_a_press_that_waits_while_another_starts_the_chair_stops_it(tell):
@@ -322,8 +322,8 @@ def test_a_press_that_is_told_late_means_nothing(tell):
 def test_what_is_lost_ends_and_the_switch_must_be_pressed_anew(tell):
     for loss in (["cancel"], ["offer", [["help"]]], ["configure", TIMES]):
         story = into_row(Story()).down().wait(500).call(*loss).wait(3000)
-        said = acts(tell(story))
-        assert said == [["press", "forward"], ["release"]], loss
+        events = acts(tell(story))
+        assert events == [["press", "forward"], ["release"]], loss
 
 
 def test_a_switch_held_from_before_and_its_bounces_are_no_press(tell):

@@ -85,7 +85,7 @@ def outcomes(chromium, serve):
     host = serve()
     page = chromium.new_page()
     page.goto(f"{host.url}pair")
-    asked = [(one, *mode) for one in combinations() for mode in MODES]
+    requested = [(one, *mode) for one in combinations() for mode in MODES]
     parts = {
         "verdicts": VERDICTS,
         "states": codes.STATES,
@@ -99,7 +99,7 @@ def outcomes(chromium, serve):
     )
     page.close()
     assert unknown["key"] == "link_lost"
-    return [(*question, shown[at]) for question, at in zip(asked, chosen, strict=True)]
+    return [(*question, shown[at]) for question, at in zip(requested, chosen, strict=True)]
 
 
 def advice(key, language):

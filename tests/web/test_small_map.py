@@ -176,8 +176,8 @@ def test_a_map_that_has_changed_is_shown_as_it_is_now(driver):
     host, page = driver.host, driver.page
     host.pictures["a1"] = PICTURE.png
     host.replies["GET /maps/a1"] = (200, DETAILS)
-    small, asked = page.locator("#small-map"), []
-    page.on("request", lambda request: asked.append(request.url))
+    small, requested = page.locator("#small-map"), []
+    page.on("request", lambda request: requested.append(request.url))
 
     def tell(where) -> None:
         for _ in range(5):
@@ -185,7 +185,7 @@ def test_a_map_that_has_changed_is_shown_as_it_is_now(driver):
             driver.run_for(500)
 
     def times() -> int:
-        return sum("/maps/a1.png" in url for url in asked)
+        return sum("/maps/a1.png" in url for url in requested)
 
     wait_until(lambda: tell(WHERE) or (small.count() == 1 and small.is_visible()), "the small map")
     picture_came(page)

@@ -40,7 +40,7 @@ def cells(column, first):
 
 
 def spots(person):
-    return [m["at"] for m in person.heard("spot") if m["at"] is not None]
+    return [m["at"] for m in person.received("spot") if m["at"] is not None]
 
 
 @pytest.fixture
@@ -82,7 +82,7 @@ def test_a_column_then_a_cell_choose_a_spot(choosing):
     x, y = 6.5 * 1920 / across, TOP + 5.5 * (1080 - TOP) / down
     assert spots(choosing) == [pytest.approx([x / 1920, (y + 180) / 1440], abs=0.001)]
     assert choosing.page.evaluate(BARS)[0] == "column-0"
-    kinds = {m["k"] for m in choosing.heard("cmd", "mode", "drive", "watch")}
+    kinds = {m["k"] for m in choosing.received("cmd", "mode", "drive", "watch")}
     assert kinds == set()
 
 
@@ -106,10 +106,10 @@ def test_what_is_shown_starts_by_its_tile_alone_and_any_press_stops_it(choosing)
     choosing.advance(100)
     choosing.forget()
     pick(choosing, columns(8), ["column-8"])
-    assert choosing.heard("mode") == []
+    assert choosing.received("mode") == []
     choosing.choose(TILES, ["plugin-go"])
-    assert choosing.heard("mode")[0]["mode"] == MODE
-    edge = choosing.heard("mode")[0]["edge"]
+    assert choosing.received("mode")[0]["mode"] == MODE
+    edge = choosing.received("mode")[0]["edge"]
     rides = {"mode": MODE, "kind": "look", "name": "", "state": "drives", "goal": {}}
     rides |= {"reason": "", "px": SPOT["px"]}
     choosing.state(auto=[MODE, ""], going=rides, motion="forward")
@@ -117,25 +117,25 @@ def test_what_is_shown_starts_by_its_tile_alone_and_any_press_stops_it(choosing)
     choosing.advance(1000)
     assert choosing.lit() == ["stop"]
     assert choosing.page.evaluate(BARS) == []
-    held = choosing.heard("mode", "stop")  # supervises it, as the bars go too
+    held = choosing.received("mode", "stop")  # supervises it, as the bars go too
     assert len(held) >= 36
     assert {(m["k"], m.get("edge")) for m in held} == {("mode", edge)}
     choosing.up()
     choosing.advance(500)
     choosing.forget()
     choosing.down()
-    assert choosing.heard("stop")
+    assert choosing.received("stop")
     choosing.advance(200)
     choosing.up()
     choosing.advance(500)
-    assert choosing.heard("mode") == []
+    assert choosing.received("mode") == []
 
 
 def test_a_press_at_stop_is_a_stop_and_back_closes(choosing):
     pick(choosing, columns(0), ["column-1"])
     choosing.wait_for("stop")
     choosing.down()
-    assert choosing.heard("stop")
+    assert choosing.received("stop")
     choosing.advance(100)
     choosing.up()
     assert spots(choosing) == []
@@ -162,12 +162,12 @@ def test_driving_stays_on_until_every_choice_was_lit(page, host):
     scanner = chooses(opened(page, host, scan="single", scan_ms=800, auto_off_s=10))
     scanner.wait_for(f"column-{SWITCHED[0] - 1}")
     scanner.press()
-    assert scanner.heard("disarm") == []
+    assert scanner.received("disarm") == []
     scanner.wait_for(f"cell-{SWITCHED[0] - 1}-{SWITCHED[1] - 1}")
-    assert scanner.heard("disarm") == []
+    assert scanner.received("disarm") == []
     for _ in range(40):
         scanner.advance(1000)
-    assert scanner.heard("disarm")
+    assert scanner.received("disarm")
 
 
 def test_a_pointer_does_not_watch_for_a_driver_who_scans_without_gaze(choosing):
@@ -176,7 +176,7 @@ def test_a_pointer_does_not_watch_for_a_driver_who_scans_without_gaze(choosing):
     for at in range(20):
         choosing.look((0.3 + at / 50, 0.5))
         choosing.run_for(50)
-    assert choosing.heard("watch") == []
+    assert choosing.received("watch") == []
 
 
 def test_who_scans_and_looks_chooses_by_one_dwell(page, host):

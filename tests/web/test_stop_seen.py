@@ -27,7 +27,7 @@ def test_a_stop_pressed_while_there_is_no_connection_stays_not_confirmed(person)
     person.host.cut()
     person.run_for(600)
     person.page.keyboard.press("Escape")
-    assert seen(person) == "asked"
+    assert seen(person) == "sent"
     person.run_for(1100)
     assert seen(person) == "late"
     back(person, stops=0)
@@ -41,12 +41,12 @@ def test_a_stop_of_a_connection_that_ended_is_not_confirmed_by_the_next(person, 
     person.state(stops=0)
     person.run_for(silent_ms)  # the link counts as lost, but the socket is open
     person.page.keyboard.press("Escape")
-    assert person.heard("stop")
+    assert person.received("stop")
     person.host.cut()
     person.run_for(100)
     back(person, stops=1)
     assert seen(person) == "late"
     person.page.keyboard.press("Escape")
-    assert seen(person) == "asked"
+    assert seen(person) == "sent"
     person.state(stops=1)
     assert seen(person) == "seen"

@@ -137,7 +137,7 @@ def test_no_text_of_the_page_needs_a_font_of_pictures():
 
 
 def test_every_step_of_the_first_drive_and_why_it_is_refused_has_words():
-    words, names = table("nl-first"), ("first_drive", "first_words", "floor_marks")
+    words, names = table("nl-first"), ("first_drive", "first_texts", "floor_marks")
     code = "".join((WEB / f"{name}.js").read_text("utf-8") for name in names)
     steps = {f"first_{step}{end}" for step in STEPS for end in ("", "_why")}
     facts = {label for label in words["labels"] if label.startswith("first_fact_")}

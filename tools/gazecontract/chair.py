@@ -81,14 +81,14 @@ class PluginChair(ChairRig):
         self._life = None
 
     def _ask(self) -> None:
-        word = json.loads(word_of(self.control.mode_context()))
+        message = json.loads(word_of(self.control.mode_context()))
         if self.control.mode_context().mode != self._name:
-            word["press"] = 0
-        said = self._say({**word, "now_s": self.now_s()})
-        if said is None:
+            message["press"] = 0
+        payload = self._say({**message, "now_s": self.now_s()})
+        if payload is None:
             return
         try:
-            self.value = unpack(said)
+            self.value = unpack(payload)
             payload = self.spoil(self.value)
             if payload is not None and self._life is not None:
                 self._life.take(payload)

@@ -33,9 +33,11 @@ def add(commands: Any) -> None:
 def _list(_options: argparse.Namespace) -> int:
     found = installed()
     with ThreadPoolExecutor(4) as pool:
-        for one, told in zip(found, pool.map(describe, found), strict=True):
-            print(f"{one.kind}.{one.name} ({one.package}): {told.about or told.wrong}")
-            print("".join(f"    {line}\n" for line in told.table))
+        for one, description in zip(found, pool.map(describe, found), strict=True):
+            print(
+                f"{one.kind}.{one.name} ({one.package}): {description.about or description.wrong}"
+            )
+            print("".join(f"    {line}\n" for line in description.table))
     if not found:
         print("no input and no mode is installed")
     return 0

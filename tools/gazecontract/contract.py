@@ -47,9 +47,9 @@ class Contract:
     def rows(self) -> Iterator[Row]:
         """Check every rule in turn; if the process fails there is only that row."""
         try:
-            with Paced(self._found, {}, "describe") as asked:
-                described = json.loads(asked.data())
-                yield _words(asked.facts)
+            with Paced(self._found, {}, "describe") as paced:
+                described = json.loads(paced.data())
+                yield _words(paced.facts)
             settings = described["rehearsal"] if self._settings is None else self._settings
             yield from self._refuses(described["table"], settings)
             with Paced(self._found, settings) as process:
@@ -61,8 +61,8 @@ class Contract:
         keys = [line.split(" = ")[0] for line in table if line[:1] not in "#["]
         for wrong in [*({**settings, key: {}} for key in keys), {**settings, "no such key": 1}]:
             try:
-                with Paced(self._found, wrong) as asked:
-                    asked.ask({"now_s": 0.0, "press": 0, "state_s": 0.0})
+                with Paced(self._found, wrong) as paced:
+                    paced.ask({"now_s": 0.0, "press": 0, "state_s": 0.0})
             except Failed as error:
                 if "must be" in str(error) or "is no setting" in str(error):
                     continue
@@ -260,10 +260,10 @@ class _Rules:
             if condition():
                 return ms
             chair.one_ms()
-        said = "" if chair.value is None else f"; it says {chair.value.intent}"
+        value = "" if chair.value is None else f"; it says {chair.value.intent}"
         reasons = f"; refused: {', '.join(sorted(chair.reasons))}" if chair.reasons else ""
         ended = f"; ended: {chair.refused}" if chair.refused else ""
-        raise _Broken(f"no {what} within {_MOVES_MS / 1000:g} s{said}{reasons}{ended}")
+        raise _Broken(f"no {what} within {_MOVES_MS / 1000:g} s{value}{reasons}{ended}")
 
     def _watch(self, ms: int, condition: Callable[[], bool]) -> int | None:
         for k in range(ms):

@@ -370,15 +370,15 @@ class Fuzz:
 
 def fuzz(messages: int, first_seed: int = 1) -> tuple[int, int]:
     """Run until this many messages were sent; returns how many, and motions judged. Violation."""
-    said, judged, seed = 0, 0, first_seed
-    while said < messages:
+    sent, judged, seed = 0, 0, first_seed
+    while sent < messages:
         run = Fuzz(seed)
         try:
-            run.run(min(_RUN, messages - said))
+            run.run(min(_RUN, messages - sent))
         except Violation as found:
             raise Violation(f"seed {seed}, message {run.messages}: {found}") from None
-        said, judged, seed = said + run.messages, judged + run.oracle.judged, seed + 1
-    return said, judged
+        sent, judged, seed = sent + run.messages, judged + run.oracle.judged, seed + 1
+    return sent, judged
 
 
 def main() -> int:
@@ -388,11 +388,11 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     try:
-        said, judged = fuzz(options.messages, options.seed)
+        sent, judged = fuzz(options.messages, options.seed)
     except Violation as found:
         print(found)
         return 1
-    print(f"{said} messages, {judged} motions judged, no violation")
+    print(f"{sent} messages, {judged} motions judged, no violation")
     return 0
 
 

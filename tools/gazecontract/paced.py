@@ -40,7 +40,7 @@ class Paced:
         self._command = [sys.executable, "-m", "gazechair.plugins.child", json.dumps(argument)]
         self._reader = RecordReader()
         self._waiting: list[tuple[bytes, bytes]] = []
-        self._said = ""
+        self._problem = ""
         self.facts = Facts("", "", {})
 
     def __enter__(self) -> Paced:
@@ -88,11 +88,11 @@ class Paced:
                     return payload
                 if kind == FACTS:
                     self.facts = unpack_facts(payload)
-                elif (said := json.loads(payload))["state"] == "lost":
-                    self._said = str(said["detail"])
+                elif (status := json.loads(payload))["state"] == "lost":
+                    self._problem = str(status["detail"])
             if not select.select([fd], [], [], max(0.0, end_s - time.monotonic()))[0]:
                 raise Failed(f"it did not answer within {self._left_s:g} s")
             data = os.read(fd, 1 << 16)
             if not data:
-                raise Failed(self._said or "its process ended")
+                raise Failed(self._problem or "its process ended")
             self._waiting += self._reader.feed(data)

@@ -51,7 +51,7 @@ class Check:
 
     def run(self) -> dict[str, Any]:
         """All steps; CheckFailed at the first that fails."""
-        for step in (self.simulation_is_said, self.arm):
+        for step in (self.simulation_is_shown, self.arm):
             self._do(step, 1)
         for step in (
             self.hold_forward_and_leave,
@@ -94,7 +94,7 @@ class Check:
             lambda: self._stack.health()["board"]["state"] == "ok", 20, "the board is back"
         )
 
-    def simulation_is_said(self) -> None:
+    def simulation_is_shown(self) -> None:
         """The page is connected, shows a picture and marks the simulation."""
         driver = self._driver
         driver.wait(lambda: driver.data("link") == "ok", 20, "the page is linked to the host")
@@ -167,12 +167,12 @@ class Check:
         self.figures["cable_to_neutral_ms"] = round(took_ms, 1)
         limit_ms = _HOST_SILENT_MS + _SIM_STEP_MS
         self.figures["cable_within_promise"] = took_ms <= limit_ms
-        said_s = driver.wait(
+        shown_s = driver.wait(
             lambda: driver.page.locator("#status[data-level=error]").count() == 1,
             10,
             "the page says that the board is gone",
         )
-        self.figures["cable_said_after_s"] = round(said_s, 2)
+        self.figures["cable_said_after_s"] = round(shown_s, 2)
         driver.screenshot(self._artefacts / "cable-pulled.png")
         driver.release()
         driver.rest()

@@ -23,12 +23,12 @@ def prepare(state_folder: Path) -> None:
 def allow(stack: Stack) -> None:
     """Allow the driver, as a caretaker, to drive to places. Raises StackError."""
     headers = {"Cookie": stack.cookie("caretaker"), "Content-Type": "application/json"}
-    asked = urllib.request.Request(stack.url + "profiles", headers=headers)
-    with urllib.request.urlopen(asked, timeout=5) as answer:
+    request = urllib.request.Request(stack.url + "profiles", headers=headers)
+    with urllib.request.urlopen(request, timeout=5) as answer:
         chosen = json.load(answer)["chosen"]
     body = json.dumps({"save": {"id": chosen, "auto": True}}).encode()
-    asked = urllib.request.Request(stack.url + "profiles", body, headers)
-    with urllib.request.urlopen(asked, timeout=5) as answer:
+    request = urllib.request.Request(stack.url + "profiles", body, headers)
+    with urllib.request.urlopen(request, timeout=5) as answer:
         saved = json.load(answer)
     if "profiles" not in saved:
         raise StackError(f"the caretaker could not allow it: {saved}")

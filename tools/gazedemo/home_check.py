@@ -108,7 +108,7 @@ class HomeCheck:
                 looks_at = 1 - looks_at
                 driver.page.mouse.move(668 + 30 * looks_at, 461)
                 driver.page.wait_for_timeout(1000 * _LOOK_S)
-                state = self._said()
+                state = self._state()
                 if state["state"] == "arrived":
                     self.figures["drive_s"] = round(time.monotonic() - start_s, 1)
                     return
@@ -122,7 +122,7 @@ class HomeCheck:
                     break
         raise AssertionError(f"it ended {_PRESSES} times: {state}")
 
-    def _said(self) -> dict[str, Any]:
+    def _state(self) -> dict[str, Any]:
         """The newest news of the auto motion on the page."""
         return {"state": self._driver.data("going"), "reason": self._driver.data("why")}
 

@@ -213,14 +213,14 @@ def _shown(failure: Failure) -> str:
 
 def _row(failure: Failure, known: dict[str, list[str]]) -> tuple[str, ...]:
     key = failure.key
-    dutch, english = (_said(language, key) for language in ("nl", "en"))
+    dutch, english = (_texts(language, key) for language in ("nl", "en"))
     then = failure.then or REASONS[key].then
     do = failure.do or f"{dutch[1]} / {english[1]}"
     tests = ", ".join(f"`{name}` ({known[name][0]})" for name in failure.tests)
     return failure.what, dutch[0] or "-", english[0] or "-", then, do, tests
 
 
-def _said(language: str, key: str) -> tuple[str, str]:
+def _texts(language: str, key: str) -> tuple[str, str]:
     if not key:
         return "", ""
     if key.startswith(PLUGIN):

@@ -47,7 +47,7 @@ def measure(quick: bool) -> Report:
         StallProbe() as probe,
     ):
         check = Check(stack, driver, gazesetup.LOCAL / "artefacts")
-        check.simulation_is_said()
+        check.simulation_is_shown()
         check.arm()
         driver.page.evaluate(_SPY)
         samples = _Samples()

@@ -76,8 +76,8 @@ class Record(Generic[R]):
     def _write(self, rows: dict[str, Row]) -> None:
         if self.file is not None:
             rows = dict(sorted(rows.items()))
-            told = {"of": self.of, **self.summary(list(rows.values()))}
-            write(self.file, {**told, "rows": rows})
+            head = {"of": self.of, **self.summary(list(rows.values()))}
+            write(self.file, {**head, "rows": rows})
 
 
 def _keyed(run: Callable[[J], R], job: tuple[str, J]) -> tuple[str, R]:

@@ -358,12 +358,12 @@ def _come_up(stack: Stack, names: list[str]) -> int:
 
 def _fuzz(report: Report, messages: int) -> None:
     try:
-        said, judged = fuzz(messages)
+        sent, judged = fuzz(messages)
         violations = 0
     except Violation as found:
-        said, judged, violations = 0, 0, 1
+        sent, judged, violations = 0, 0, 1
         report.note(f"fuzzer: {found}")
-    report.add("fuzzer: messages", said, "", messages, at_least=True)
+    report.add("fuzzer: messages", sent, "", messages, at_least=True)
     report.add("fuzzer: motions judged", judged, "")
     report.add("fuzzer: violations", violations, "", 0)
 

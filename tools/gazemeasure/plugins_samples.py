@@ -38,7 +38,7 @@ class Flips(Mode):
         super().__init__(settings)
         self._folder = Path(settings.folder)
         (self._folder / "pid").write_text(str(os.getpid()))
-        self._asked = 0
+        self._requested = 0
 
     def drive(self, world: World) -> tuple[int, int] | None:
         for act in ACTS:
@@ -46,11 +46,11 @@ class Flips(Mode):
                 (self._folder / act).replace(self._folder / f"{act}.done")
                 (self._folder / "began").write_text(str(time.monotonic()))
                 _misbehave(act)
-        self._asked += 1
-        if self._asked % FLIP == 0:
+        self._requested += 1
+        if self._requested % FLIP == 0:
             with open(self._folder / "flips", "a") as notes:
                 notes.write(f"{world.born_s}\n")
-        return (HIGH if self._asked // FLIP % 2 else LOW), 0
+        return (HIGH if self._requested // FLIP % 2 else LOW), 0
 
 
 class Quiet(Input):

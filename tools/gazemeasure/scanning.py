@@ -43,12 +43,12 @@ _BEGIN = """async ([mine, mode]) => {
   const { Targets } = await import("/targets.js");
   const { SwitchScan } = await import("/switch_scan.js");
   let now = 0, moves = false;
-  const said = [];
+  const events = [];
   performance.now = () => now;
   Object.defineProperty(Event.prototype, "timeStamp", { get: () => now });
   const targets = new Targets({
-    drive: (verb, mode, edge) => said.push([verb, edge]),
-    stop: () => said.push(["stop", 0]),
+    drive: (verb, mode, edge) => events.push([verb, edge]),
+    stop: () => events.push(["stop", 0]),
     act() {}, tap() {}, view() {},
   });
   const hits = { has: (name) => document.getElementById(name) !== null, at: () => null };
@@ -67,7 +67,7 @@ _BEGIN = """async ([mine, mode]) => {
     }
     targets.tick(now);
     scan.tick(now);
-    return [said.splice(0), [...document.querySelectorAll(".lit")].map((lit) => lit.id)];
+    return [events.splice(0), [...document.querySelectorAll(".lit")].map((lit) => lit.id)];
   };
 }"""
 
@@ -177,7 +177,7 @@ class _Run:
         elif edge > self._edge:
             self._edge = edge
             self._chair.press(_VERBS[what], self._mode)
-        self._person.hears(what, edge, now_s, self._way)
+        self._person.receives(what, edge, now_s, self._way)
         self._said_ms = self._chair.now_ms
 
 

@@ -133,7 +133,7 @@ class Person:
     def sees(self, lit: list[str]) -> None:
         """Take the lit targets."""
 
-    def hears(self, what: str, edge: int, now_s: float, way: Way) -> None:
+    def receives(self, what: str, edge: int, now_s: float, way: Way) -> None:
         """Take the page's command: the person hears its tone and sees it."""
         if what == "stop":
             self._moving = None
@@ -234,10 +234,10 @@ class Gazer(Person):
         self._next: tuple[float, str | None] | None = None
         self._looked_s = self._away_s = 0.0
 
-    def hears(self, what: str, edge: int, now_s: float, way: Way) -> None:
+    def receives(self, what: str, edge: int, now_s: float, way: Way) -> None:
         """A dwell is a press."""
         self.presses += edge > self._edge
-        super().hears(what, edge, now_s, way)
+        super().receives(what, edge, now_s, way)
 
     def tick(self, now_s: float, way: Way, moves: bool) -> list[Event]:
         """Look at the wanted target."""

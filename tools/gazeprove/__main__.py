@@ -39,8 +39,8 @@ def main(arguments: list[str]) -> int:
         results[name], missing = _run(name, options.quick)
         short += [f"{name}: {text}" for text in missing]
     for name, figures in results.items():
-        told = {key: value for key, value in figures.items() if not isinstance(value, list)}
-        print(f"{name}: " + ", ".join(f"{key} {value}" for key, value in told.items()))
+        totals = {key: value for key, value in figures.items() if not isinstance(value, list)}
+        print(f"{name}: " + ", ".join(f"{key} {value}" for key, value in totals.items()))
     for text in short[:_SHOWN]:
         print(f"SHORT {text}")
     if len(short) > _SHOWN:

@@ -139,7 +139,7 @@ class Serial:
         return end
 
     def push(self, data: bytes, whose: Any) -> None:
-        """Bytes towards the board; `whose` comes back from heard() once all of them were read."""
+        """Bytes towards the board; `whose` comes back from taken() once all of them were read."""
         if self._at == len(self._bytes):
             self._base += self._at
             self._bytes.clear()
@@ -147,7 +147,7 @@ class Serial:
         self._bytes += data
         self.marks.append((self._base + len(self._bytes), whose))
 
-    def heard(self) -> list[Any]:
+    def taken(self) -> list[Any]:
         """Whose frames have been read to their end since the last call."""
         read = self._base + self._at
         done = []

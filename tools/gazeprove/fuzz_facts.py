@@ -91,7 +91,7 @@ class Facts:
     def _forget_session(self, session: object) -> None:
         self.session = session
         self._last_index = 0
-        self.heard_us = self.world.now_us
+        self.host_us = self.world.now_us
         self.commands: dict[int, Sent] = {}
         self.dead: set[int] = set()
         self.owner = codes.NOBODY
@@ -109,7 +109,7 @@ class Facts:
         self.watched = (0, -(1 << 60))  # the press that somebody watches, and when that was seen
         self.waits_us = -1  # since when an obstacle overrules an auto motion
         self.bypass_until_us = -(1 << 60)
-        self.asked_us = -(1 << 60)
+        self.command_us = -(1 << 60)
         self.step = (0, 0)  # press, since when it moves
         self.turning_us = -1
         self.overruled = (0, 0)  # the press that a cause has ended, since that tick
@@ -117,14 +117,14 @@ class Facts:
 
     # -- what went in --------------------------------------------------------------------------
 
-    def served(self, heard: list[Sent]) -> None:
+    def served(self, taken: list[Sent]) -> None:
         """The service loop ran and has read these frames to their end."""
         self.service_us = self.world.now_us
-        silent_us = self.world.now_us - self.heard_us
+        silent_us = self.world.now_us - self.host_us
         self._doubtful = silent_us > 480 * MS  # the board may have ended the session already
         if self.session is not None and silent_us > self.late(500, self.world.now_us):
             self.session = None  # P12: what a host said before so long a silence counts no more
-        for sent in heard:
+        for sent in taken:
             if sent.message is messages.HELLO:
                 self._hello(sent)
             elif not sent.spoilt and sent.session == self.session and self.session is not None:
@@ -148,7 +148,7 @@ class Facts:
         self._last_index = sent.index
         fresh = now - sent.born_us <= 100 * MS
         if fresh:
-            self.heard_us = now
+            self.host_us = now
         if sent.message is messages.COMMAND:
             self._on_command(sent, fresh)
         elif sent.message is messages.ORDER:
@@ -162,7 +162,7 @@ class Facts:
                 seen_us = sent.born_us - sent.fields["age_ms"] * MS
                 self.watched = (sent.fields["edge"], seen_us)
         elif sent.message is messages.SETTING:
-            self.rules.asked_for(sent.fields)
+            self.rules.requested(sent.fields)
 
     def _on_command(self, sent: Sent, fresh: bool) -> None:
         now = self.world.now_us
@@ -172,7 +172,7 @@ class Facts:
                 self.dead.add(command.press)
             self.commands.clear()
             self.overruled = (0, 0)
-            self.asked_us = min(self.asked_us, now)
+            self.command_us = min(self.command_us, now)
             return
         if not fresh or not _possible(fields):
             return
@@ -180,7 +180,7 @@ class Facts:
         if self.enabled_at < 0:
             self.dead.add(sent.press)  # pressed before it was armed
         if fields["ttl_ms"] > 0:
-            self.asked_us = max(self.asked_us, sent.born_us + min(300, fields["ttl_ms"]) * MS)
+            self.command_us = max(self.command_us, sent.born_us + min(300, fields["ttl_ms"]) * MS)
         old = self.commands.get(fields["owner"])
         if old is not None and old.press != sent.press:
             self.dead.add(old.press)

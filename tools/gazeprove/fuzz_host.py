@@ -287,9 +287,9 @@ class Host:
             found.append((keys, why))
         return found
 
-    # -- what is heard -------------------------------------------------------------------------
+    # -- what is received ----------------------------------------------------------------------
 
-    def heard(self, kind: int, stamp: int, fields: dict[str, Any]) -> bool:
+    def received(self, kind: int, stamp: int, fields: dict[str, Any]) -> bool:
         """A frame of the board's; True when a session began."""
         if kind == messages.HELLO.type_id:
             if self.session_key is not None:

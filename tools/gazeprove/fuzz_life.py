@@ -156,12 +156,12 @@ class Life:
     def _serve(self) -> None:
         before = self.world.enable
         self._app.service()
-        heard = self.world.serial.heard()
+        taken = self.world.serial.taken()
         if self._log is not None:
-            for sent in heard:
+            for sent in taken:
                 old_ms = (self.world.now_us - sent.born_us) // 1000
                 self.note(f"after tick {self.oracle.tick_count}, {old_ms} ms old: {sent}")
-        self.oracle.served(heard)
+        self.oracle.served(taken)
         if self.world.enable != before and self.world.enable:
             raise Violation("P10", "the service loop raised the enable line")
 
@@ -170,7 +170,7 @@ class Life:
         frames = self._reader.take(sent, self.host.seed)
         sent.clear()
         for kind, stamp, fields in frames:
-            self.host.heard(kind, stamp, fields)
+            self.host.received(kind, stamp, fields)
             if kind == messages.STATE.type_id:
                 self.state = fields
                 self.oracle.reported(stamp, fields)

@@ -224,12 +224,12 @@ class Found:
     """What the fuzzer said to one planted mistake."""
 
     name: str
-    said: str
+    output: str
     seconds: float
     life: int  # the first that broke a promise; 0: none did
 
     def __str__(self) -> str:
-        return f"{self.name}: {self.said} ({self.seconds:.1f} s)"
+        return f"{self.name}: {self.output} ({self.seconds:.1f} s)"
 
 
 def plant(planted: Planted, folder: Path) -> list[str]:
@@ -254,10 +254,10 @@ def find(planted: Planted, ticks: int, first: int, known: int = 0) -> Found:
     with tempfile.TemporaryDirectory(prefix="gazefuzz-") as folder:
         env = source_environment()
         env["PYTHONPATH"] = os.pathsep.join((*plant(planted, Path(folder)), env["PYTHONPATH"]))
-        said, life = _fuzz(planted.only, env, known, 1) if known else ("", 0)
+        output, life = _fuzz(planted.only, env, known, 1) if known else ("", 0)
         if not life:
-            said, life = _fuzz(planted.only, env, first, ticks)
-    return Found(planted.name, said, time.monotonic() - started, life)
+            output, life = _fuzz(planted.only, env, first, ticks)
+    return Found(planted.name, output, time.monotonic() - started, life)
 
 
 def _fuzz(only: str, env: dict[str, str], first: int, ticks: int) -> tuple[str, int]:
@@ -266,6 +266,6 @@ def _fuzz(only: str, env: dict[str, str], first: int, ticks: int) -> tuple[str, 
     done = subprocess.run(
         [*words, "--only", only], env=env, capture_output=True, text=True, timeout=_LIMIT_S
     )
-    said = (done.stdout + done.stderr).strip().splitlines()[-1]
-    life = _BROKEN.match(said)
-    return said, int(life[1]) if done.returncode == 1 and life else 0
+    output = (done.stdout + done.stderr).strip().splitlines()[-1]
+    life = _BROKEN.match(output)
+    return output, int(life[1]) if done.returncode == 1 and life else 0

@@ -77,9 +77,9 @@ class Oracle(AutoFacts):
         if (linear, turn) != self.wipers:
             self.wipers = (linear, turn)
             self.moved_us = now
-            if moving and self.enabled_at < 0 and self.wipers in self.rules.asked:
+            if moving and self.enabled_at < 0 and self.wipers in self.rules.neutrals:
                 moving = False  # a neutral that is being set
-        elif moving and self.enabled_at < 0 and self.wipers in self.rules.asked:
+        elif moving and self.enabled_at < 0 and self.wipers in self.rules.neutrals:
             moving = False
         self._watch_sensor(gap_us, moving)
         if failed:
@@ -114,15 +114,15 @@ class Oracle(AutoFacts):
         past = self.past.get(at) if self.paced else None
         if past is None:
             return
-        said = (fields["linear_permille"], fields["turn_permille"])
+        reported = (fields["linear_permille"], fields["turn_permille"])
         neutrals = [self.rules.neutral]
         if self.enabled_at < 0:
-            neutrals += self.rules.asked  # being set
+            neutrals += self.rules.neutrals  # being set
         if not past.failed and not any(
-            said == (_permille(past.linear - linear), _permille(past.turn - turn))
+            reported == (_permille(past.linear - linear), _permille(past.turn - turn))
             for linear, turn in neutrals
         ):
-            raise Violation("telemetry", f"says {said} permille at {past.linear} {past.turn}")
+            raise Violation("telemetry", f"says {reported} permille at {past.linear} {past.turn}")
         disarmed = fields["status"] & 15 == codes.DISARMED
         if disarmed and past.rising:
             raise Violation("telemetry", "says disarmed while the enable line goes on")
@@ -140,7 +140,7 @@ class Oracle(AutoFacts):
             self.reset()
 
     def _judge_silence(self, now: int, at: int) -> None:
-        if now - self.heard_us > self.late(500, now):
+        if now - self.host_us > self.late(500, now):
             self.fall("P2", "500 ms without a host", at)
         if now - self.service_us > self.late(500, now):
             self.fall("P9", "500 ms without the service loop", at)
@@ -186,10 +186,10 @@ class Oracle(AutoFacts):
             (world.emergency_level == 1, "P11", "the emergency input open"),
             (self.rules.relay_fitted and world.relay_closed, "arming", "the relay closed"),
             (now - self.seen_us > self.late(300, now), "P6", "old obstacle data"),
-            (now - self.heard_us > self.late(100, now), "P2", "a silent host"),
+            (now - self.host_us > self.late(100, now), "P2", "a silent host"),
             (now - self.failed_us < 499 * MS, "P8", "neutral not read back for 500 ms"),
             (now - self.moved_us < 499 * MS, "arming", "wipers not at rest for 500 ms"),
-            (now - self.asked_us < 295 * MS, "arming", "a command within 300 ms"),
+            (now - self.command_us < 295 * MS, "arming", "a command within 300 ms"),
             (self.source != codes.REAL and not world.simulated, "arming", "no real lidar"),
             (not self.rules.calibrated, "arming", "damaged settings"),
             (not self.rules.neutral_stored, "arming", "a neutral that is not stored"),
@@ -251,7 +251,7 @@ class Oracle(AutoFacts):
     def _cause(self, command: Sent, now: int, at: int, linear: int, turn: int) -> str:
         """Why this command may not move the chair now; "" when it may."""
         fields = command.fields
-        if now - self.heard_us > self.late(100, now):
+        if now - self.host_us > self.late(100, now):
             return "P2: no host for 100 ms"
         if now - self.service_us > self.late(50, now):
             return "P9: no service loop for 50 ms"

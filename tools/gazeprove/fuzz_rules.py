@@ -34,10 +34,10 @@ class Rules:
         self.calibrated = True  # what is stored is not damaged
         self._came_up = True  # nor was it when the board came up, or it was saved since
         self._order = 0
-        self._asked_at: dict[tuple[int, int], int] = {}  # request and index: when
+        self._requested_at: dict[tuple[int, int], int] = {}  # request and index: when
         self._measured: dict[str, int] = {}  # counts of the neutral: when last asked for
         self.neutral: Counts = (170, 170)
-        self.asked: list[Counts] = []  # neutrals that may be out while it is disarmed
+        self.neutrals: list[Counts] = []  # that may be out while it is disarmed
         self._apply()
 
     def boot(self) -> None:
@@ -45,7 +45,7 @@ class Rules:
         self._values = dict(self._stored)
         self._came_up = self.calibrated
         self._measured = {}
-        self.asked = [(170, 170)]
+        self.neutrals = [(170, 170)]
         self._apply()
 
     def spoil(self, damaged: bool) -> None:
@@ -53,20 +53,20 @@ class Rules:
         self._stored = dict(_DEFAULTS)
         self.calibrated = not damaged
 
-    def asked_for(self, fields: dict[str, Any]) -> None:
+    def requested(self, fields: dict[str, Any]) -> None:
         """A request on its way: its neutral may be put out before its confirmation comes."""
         request, index = fields["request"], fields["index"]
         self._order += 1
-        self._asked_at[request, index] = self._order
+        self._requested_at[request, index] = self._order
         if request == codes.SETTING_SET_NEUTRAL and index < len(NAMES):
             self._measured[NAMES[index]] = self._order
             tried = dict(self._values)
             tried[NAMES[index]] = fields["value"]
-            self.asked.append((tried[_NEUTRAL[0]], tried[_NEUTRAL[1]]))
+            self.neutrals.append((tried[_NEUTRAL[0]], tried[_NEUTRAL[1]]))
 
     def session(self) -> None:
         """Another session: a neutral that was not stored is forgotten."""
-        self.asked.append(self.neutral)
+        self.neutrals.append(self.neutral)
         self._measured = {}
         for name in _NEUTRAL:
             self._values[name] = self._stored[name]
@@ -78,8 +78,8 @@ class Rules:
         if reply["refused"]:
             return ""
         if request in (codes.SETTING_SET, codes.SETTING_DEFAULTS):
-            asked = self._asked_at.get((request, index), 0)
-            self._measured = {name: at for name, at in self._measured.items() if at > asked}
+            since = self._requested_at.get((request, index), 0)
+            self._measured = {name: at for name, at in self._measured.items() if at > since}
         if request in (codes.SETTING_SET, codes.SETTING_SET_NEUTRAL):
             self._values[NAMES[index]] = reply["value"]
         elif request == codes.SETTING_DEFAULTS:

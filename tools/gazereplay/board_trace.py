@@ -120,7 +120,7 @@ class BoardPlayer:
             return
         boot = self._life[0] if self._life else None
         if not self._kept:
-            self._know_words()
+            self._check_version()
         if not self._boots or self._boots[-1] != boot:
             self._boots.append(boot)
             self.result.lives += 1
@@ -133,17 +133,17 @@ class BoardPlayer:
         self._tick = snapshot.tick
         self._silent.clear()
 
-    def _know_words(self) -> None:
+    def _check_version(self) -> None:
         """Raise NoTrace for a board whose snapshots would be read by the wrong names."""
         if self._version is None:
             self.result.unnamed = True
             return
-        (told, its_table), (version, table) = self._version, _ours()
-        if (told, its_table) != (version, table):
+        (its_version, its_table), (version, table) = self._version, _ours()
+        if (its_version, its_table) != (version, table):
             other = ", with another table" if its_table != table else ""
             raise NoTrace(
                 "its board had another version of the firmware"
-                f" ({_words(told)}, here {_words(version)}{other})"
+                f" ({_words(its_version)}, here {_words(version)}{other})"
             )
 
     def _play_before(self, end: int) -> None:
@@ -178,7 +178,7 @@ class BoardPlayer:
             at_ns, state = states.popleft()
             if behind < 0:
                 continue
-            recorded = _told(state)
+            recorded = _state_fields(state)
             # What an older version did not report is not compared.
             ours = {name: value for name, value in self._tell(now).items() if name in recorded}
             self.result.compared += 1
@@ -191,13 +191,13 @@ class BoardPlayer:
     def _tell(self, now: dict[str, int]) -> dict[str, int]:
         """A tick's decisions in the form of STATE."""
         assert self._core is not None
-        told = {name: now[name] for name in _NAMES}
+        fields = {name: now[name] for name in _NAMES}
         if now["faults"] >> codes.OBSTACLE_DATA_OLD & 1:
-            told["decisions"] = 0xFF
+            fields["decisions"] = 0xFF
         stick = self._core.stick
-        told["linear_permille"] = joystick.permille(stick.linear_wiper, stick.neutral_linear)
-        told["turn_permille"] = joystick.permille(stick.turn_wiper, stick.neutral_turn)
-        return told
+        fields["linear_permille"] = joystick.permille(stick.linear_wiper, stick.neutral_linear)
+        fields["turn_permille"] = joystick.permille(stick.turn_wiper, stick.neutral_turn)
+        return fields
 
 
 _NAMES = tuple(name for name in DECIDED if name != "toggled")  # not in a STATE
@@ -226,9 +226,9 @@ def _words(version: Sequence[int]) -> str:
     return ".".join(map(str, version))
 
 
-def _told(state: Any) -> dict[str, int]:
-    told = {"state": state.status & 15, "motion": state.status >> 4}
-    return told | {name: getattr(state, name) for name in _NAMES[2:] if hasattr(state, name)}
+def _state_fields(state: Any) -> dict[str, int]:
+    fields = {"state": state.status & 15, "motion": state.status >> 4}
+    return fields | {name: getattr(state, name) for name in _NAMES[2:] if hasattr(state, name)}
 
 
 def _missed_ms(bits: int) -> int:

@@ -59,7 +59,7 @@ class Follower:
         self._last_ns = 0
         self._scans: dict[str, tuple[int, Any]] = {}
         self._places: dict[str, Any] = {}
-        self._said = ""
+        self._shown = ""
 
     def hear(self, line: Line) -> None:
         """The next message."""
@@ -99,11 +99,11 @@ class Follower:
         armed = state.status & 15 == codes.ARMED
         if not names and state.override:
             names = [codes.reason_name(state.override)]
-        said = ", ".join(names)
-        if said != self._said:
-            self._said = said
-            if said and (armed or len(self.drive.path) > 1):
-                self._tell(at_ns, said)
+        shown = ", ".join(names)
+        if shown != self._shown:
+            self._shown = shown
+            if shown and (armed or len(self.drive.path) > 1):
+                self._tell(at_ns, shown)
 
     def _tell(self, at_ns: int, text: str) -> None:
         chair = self._chair

@@ -37,7 +37,7 @@ def best(distribution: Path = DISTRIBUTION) -> Interpreter:
     if optimised() or Path(sys.base_prefix) == distribution:
         return running
     major, minor = sys.version_info[:2]
-    return _asked(distribution / f"bin/python{major}.{minor}") or running
+    return _inspected(distribution / f"bin/python{major}.{minor}") or running
 
 
 def optimised() -> bool:
@@ -45,7 +45,7 @@ def optimised() -> bool:
     return "--enable-optimizations" in (sysconfig.get_config_var("CONFIG_ARGS") or "")
 
 
-def _asked(path: Path) -> Interpreter | None:
+def _inspected(path: Path) -> Interpreter | None:
     """None where it is not there, or can't make a virtual environment."""
     try:
         answer = subprocess.run(

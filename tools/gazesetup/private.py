@@ -86,8 +86,8 @@ def ask(path: Path, code: str) -> subprocess.CompletedProcess[str]:
 
 def last_words(result: subprocess.CompletedProcess[str]) -> str:
     """The last line of an unexpected output."""
-    said = (result.stderr or result.stdout).strip().splitlines()
-    return said[-1] if said else "it said nothing"
+    lines = (result.stderr or result.stdout).strip().splitlines()
+    return lines[-1] if lines else "it said nothing"
 
 
 def _fetch(wanted: Private, archives: list[apt.Source], folder: Path) -> None:

@@ -131,21 +131,21 @@ class LocatedChair(ProducerChair):
 
     def _locate(self) -> None:
         for datagram in waiting(self.odometry):
-            said = inbox.unpack(datagram)
-            if isinstance(said, Motion):
-                self._odometry.motion(said)
-            elif isinstance(said, HalfTurn):
-                piece = self._pieces.piece(said)
+            data = inbox.unpack(datagram)
+            if isinstance(data, Motion):
+                self._odometry.motion(data)
+            elif isinstance(data, HalfTurn):
+                piece = self._pieces.piece(data)
                 estimate = self._odometry.piece(piece) if piece is not None else None
                 if estimate is not None:
                     payload = json.dumps(asdict(estimate)).encode()
                     self._later(_ODOMETRY_MS, self.odometry._on_data, payload)
         for datagram in waiting(self.mapping):
-            said = inbox.unpack(datagram)
-            if isinstance(said, HalfTurn):
-                self._worker.half(said)
-            elif isinstance(said, Estimate):
-                self._worker.estimate(said)
+            data = inbox.unpack(datagram)
+            if isinstance(data, HalfTurn):
+                self._worker.half(data)
+            elif isinstance(data, Estimate):
+                self._worker.estimate(data)
         if self.now_ms % _TICK_MS == 0:
             self._worker.tick()
         due = [one for one in self._coming if one[0] <= self.now_ms]

@@ -59,7 +59,7 @@ class Host:
         self._scans: list[Scan | None] = [None for _ in mounts]
         origins = [(x_m, y_m) for x_m, y_m, _ in mounts]
         self.evaluate = Evaluator(footprint_of(Config().footprint), origins)
-        self.link.on_zone = self._zone_told
+        self.link.on_zone = self._zone_received
         self._scan_bytes = [bytearray() for _ in mounts]
         self.inbox: deque[tuple[int, str]] = deque()  # from the pages' sockets
         self.frozen = False
@@ -68,7 +68,7 @@ class Host:
         for ask_lidar in ask_lidars:
             ask_lidar(_SCAN_REQUEST)
 
-    def _zone_told(self, zone: BoardZone) -> None:
+    def _zone_received(self, zone: BoardZone) -> None:
         self.evaluate.zone = zone_message.unpack(zone_message.pack(zone))
 
     def scan(self, sent: Sequence[bytes]) -> None:

@@ -164,7 +164,7 @@ class ProducerChair(Lockstep, ABC):
         kind = build(self.kind, setup)
         self._runner = Runner(kind, self._lidars, self._pipe, Inline(), self.now_s, self._picture)
         self.alive, self.stopped = True, False
-        self._told: bytes | None = None
+        self._sent: bytes | None = None
 
     def _daemon(self) -> None:
         """One millisecond of the threads and processes around Control."""
@@ -198,14 +198,14 @@ class ProducerChair(Lockstep, ABC):
 
     def _child(self) -> None:
         now_s = self.now_s()
-        if self.service.word is not self._told and self.service.word is not None:
-            self._told = self.service.word
-            self._runner.word(json.loads(self._told))
+        if self.service.word is not self._sent and self.service.word is not None:
+            self._sent = self.service.word
+            self._runner.word(json.loads(self._sent))
         for datagram in waiting(self.service):
-            said = unpack(datagram) or inbox.unpack(datagram)
-            self._runner.heard(said, now_s)
-            if isinstance(said, HalfTurn):
-                self._half_turn(said)
+            data = unpack(datagram) or inbox.unpack(datagram)
+            self._runner.received(data, now_s)
+            if isinstance(data, HalfTurn):
+                self._half_turn(data)
         if self.now_ms % _STEP_MS == 0:
             self._runner.tick(now_s)
             if self._pipe.newest is not None:

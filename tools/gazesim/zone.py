@@ -8,11 +8,11 @@ from gazechair.board.zone import BoardZone
 from gazechair.sensing.clearance.zone import StopZone
 
 
-def told_by(settings: Settings | None = None) -> BoardZone:
+def reported_zone(settings: Settings | None = None) -> BoardZone:
     """The zone as the board sends it; without settings, for the defaults."""
     return BoardZone(tuple(Obstacles(settings or Settings()).zone))
 
 
 def zone_of(settings: Settings | None = None) -> StopZone:
     """The same zone, as the host uses it."""
-    return StopZone(told_by(settings).points)
+    return StopZone(reported_zone(settings).points)

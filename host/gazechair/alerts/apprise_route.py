@@ -34,8 +34,8 @@ def send(url: str, title: str, body: str) -> str:
 
     logger = logging.getLogger("apprise")
     logger.propagate = False  # its lines may contain secrets
-    heard = _Heard()
-    logger.addHandler(heard)
+    collector = _LogLines()
+    logger.addHandler(collector)
     try:
         service = apprise.Apprise.instantiate(url)
         if service is None:
@@ -43,14 +43,14 @@ def send(url: str, title: str, body: str) -> str:
         if service.notify(title=title, body=body, notify_type=apprise.NotifyType.WARNING):
             return ""
     except Exception as error:  # code of a hundred services
-        heard.lines.append(repr(error))
+        collector.lines.append(repr(error))
     finally:
-        logger.removeHandler(heard)
-    said = " ".join(" ".join(heard.lines).split())
-    return _without_secrets(said, url)[:_MOST] or "the service refused it"
+        logger.removeHandler(collector)
+    reason = " ".join(" ".join(collector.lines).split())
+    return _without_secrets(reason, url)[:_MOST] or "the service refused it"
 
 
-class _Heard(logging.Handler):
+class _LogLines(logging.Handler):
     """Collects the warnings that this thread causes."""
 
     def __init__(self) -> None:

@@ -39,11 +39,11 @@ def _test(options: argparse.Namespace) -> int:
         raise UserError("no [[alerts.route]] is configured; read docs/alerts.md")
     if not apprise_route.installed():
         raise UserError(apprise_route.MISSING)
-    said = message_of(Alert(0, TRIED, time.time()), "", config.web.language)
+    message = message_of(Alert(0, TRIED, time.time()), "", config.web.language)
     results: dict[str, str] = {}
 
     def send(route: RouteConfig) -> None:
-        results[route.name] = apprise_route.send(route.url, said.title, said.body)
+        results[route.name] = apprise_route.send(route.url, message.title, message.body)
 
     threads = [threading.Thread(target=send, args=(one,), daemon=True) for one in config.routes]
     end_s = time.monotonic() + LIMIT_S
@@ -68,8 +68,8 @@ def _list(options: argparse.Namespace) -> int:
             continue
         when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(alert.at))
         by = f" by {alert.by}" if alert.by else ""
-        said = sentence(config.web.language, alert.key)
-        print(f"{when}  {said}, {alert.count}x, {alert.state}{by}")
+        text = sentence(config.web.language, alert.key)
+        print(f"{when}  {text}, {alert.count}x, {alert.state}{by}")
         for name, one in row["deliveries"].items():
             print(f"    {name}: {one.get('state')} {one.get('detail', '')}".rstrip())
     if diary.problem:

@@ -45,12 +45,12 @@ class Broker:
         self._online = False
         self._node = ""
         self._state: dict[str, str] = {}
-        self._heard_s = 0.0
+        self._updated_s = 0.0
         self._sent_s = 0.0
 
     def tell(self, url: str, node: str, state: dict[str, str], now_s: float) -> None:
         """Set the host's state; also its sign of life."""
-        self._heard_s = now_s
+        self._updated_s = now_s
         if self._client is None:
             self._node = node
             self._connect(url)
@@ -67,7 +67,7 @@ class Broker:
             self._announced, self._online, self._sent_s = True, False, 0.0
             for topic, entity in discovery(self._node, BATTERY in self._state).items():
                 self._client.publish(topic, json.dumps(entity), qos=1, retain=True)
-        online = now_s - self._heard_s < HOST_SILENT_S
+        online = now_s - self._updated_s < HOST_SILENT_S
         due = online and (not self._sent_s or now_s - self._sent_s >= HEARTBEAT_S)
         # With each state: somebody else's word, or a last will that came late, would stay for ever.
         if online != self._online or due:

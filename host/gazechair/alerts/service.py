@@ -75,8 +75,8 @@ class Alerts:
         self._missing = False  # Apprise, as far as is known
         self._broker = config.alerts.mqtt
         self._node = mqtt.node()
-        self._told: dict[str, str] = {}
-        self._told_s = 0.0
+        self._published: dict[str, str] = {}
+        self._published_s = 0.0
         self._charge: int | None = None
         wanted = config.routes or self._broker
         self._health = parts.part("alerts") if wanted else None
@@ -93,10 +93,10 @@ class Alerts:
 
     def _restored(self, stuck_s: float) -> Watch:
         """What to watch, after what the diary says of the time before this host began."""
-        asked, lost = self._book.of(HELP_WANTED), self._book.of(PART)
-        self.help_wanted = asked is not None and asked.state == OPEN
-        if asked is not None and asked.state == ACKNOWLEDGED:
-            self.answered_s = self._clock() - max(0.0, self._wall() - asked.answered)
+        call, lost = self._book.of(HELP_WANTED), self._book.of(PART)
+        self.help_wanted = call is not None and call.state == OPEN
+        if call is not None and call.state == ACKNOWLEDGED:
+            self.answered_s = self._clock() - max(0.0, self._wall() - call.answered)
         named = named_in(lost.detail) if lost is not None and lost.state != OVER else ()
         return Watch(stuck_s, self.help_wanted, named)
 
@@ -133,9 +133,9 @@ class Alerts:
     def reaches_somebody(self) -> bool:
         """True if a call has reached somebody outside the page, or presumably would."""
         with self._lock:
-            asked = self._book.of(HELP_WANTED)
-            if asked is not None and asked.state == OPEN:
-                return any(one.state == SENT for one in asked.deliveries.values())
+            call = self._book.of(HELP_WANTED)
+            if call is not None and call.state == OPEN:
+                return any(one.state == SENT for one in call.deliveries.values())
             if self._missing or (self._health is not None and self._health.state == states.LOST):
                 return False
             return any(name not in self._failing for name in self._helpers)
@@ -186,7 +186,7 @@ class Alerts:
         situation = self._chair.situation()
         person = self._chair.person()
         now_s = self._clock()
-        if self._broker and now_s - self._told_s >= _TELL_S:
+        if self._broker and now_s - self._published_s >= _TELL_S:
             self._charge = self._battery()
         with self._lock:
             for change in self._watch.look(situation, self._book.open_keys(), now_s):
@@ -202,10 +202,10 @@ class Alerts:
                     )
                 else:
                     self._book.end(change.key, now_s)
-            asked = self._book.of(HELP_WANTED)
-            if asked is not None and asked.state == OPEN and situation.coming:
+            call = self._book.of(HELP_WANTED)
+            if call is not None and call.state == OPEN and situation.coming:
                 # The page sends the name in a moment.
-                self._book.acknowledge(asked.number, "", self._wall())
+                self._book.acknowledge(call.number, "", self._wall())
             due = self._book.due(now_s)
             state = self._as_state()
         self._tell_broker(state, now_s)
@@ -215,9 +215,9 @@ class Alerts:
                 self.result(alert.number, route.name, problem)
 
     def _tell_broker(self, state: dict[str, str], now_s: float) -> None:
-        news = state != self._told or now_s - self._told_s >= _TELL_S
+        news = state != self._published or now_s - self._published_s >= _TELL_S
         if self._sender is not None and self._broker and news:
-            self._told, self._told_s = state, now_s
+            self._published, self._published_s = state, now_s
             self._sender.tell_broker(self._broker, self._node, state)
 
     def _as_state(self) -> dict[str, str]:
@@ -236,8 +236,8 @@ class Alerts:
     def _send(self, alert: Alert, route: str, driver: str) -> str:
         if self._sender is None or not apprise_route.installed():
             return apprise_route.MISSING
-        said = message_of(alert, driver, self._language)
-        return self._sender.send(alert.number, route, self._urls[route], said)
+        message = message_of(alert, driver, self._language)
+        return self._sender.send(alert.number, route, self._urls[route], message)
 
     def _run(self) -> None:
         while not self._ended.wait(LOOK_S):

@@ -87,7 +87,7 @@ class Watch:
         self._back_s: dict[str, float] = {}  # since when each fails without a break
         self._since_s: dict[str, float] = {}
         self._lost_since_s: dict[str, float] = {}
-        self._told = {*named}  # in the newest detail
+        self._reported_names = {*named}  # in the newest detail
         self._named_s: dict[str, float] = {}  # when a part that the alert names was last lost
         self._gone_s: dict[str, float] = {}  # kept when the alert is over: it ended later
         self._raised: set[str] = set()
@@ -167,14 +167,14 @@ class Watch:
         }
         lasted = {name: lost[name] for name in lost if now_s - since_s[name] >= EXTRA_S}
         another = not lasted.keys() <= self._named_s.keys()
-        back = PART not in self._raised or not lasted.keys() <= self._told
+        back = PART not in self._raised or not lasted.keys() <= self._reported_names
         if another or (lasted and back):
             self._raised.add(PART)
             self._named_s |= dict.fromkeys(lasted, now_s)
             began_s = min(self._back_s[name] for name in lasted)
-            told = {name: lost[name] for name in lost if name in self._named_s}
-            self._told = {*told}
-            yield Change(PART, True, _detail(told), began_s, another)
+            reported = {name: lost[name] for name in lost if name in self._named_s}
+            self._reported_names = {*reported}
+            yield Change(PART, True, _detail(reported), began_s, another)
 
     def _stuck(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
         stands = STANDS in now.problems  # measured, whatever the board puts out

@@ -64,15 +64,17 @@ class Advisor:
 
     def take(self, datagram: bytes, now_s: float) -> None:
         """One datagram from the inbox."""
-        said = inbox.unpack(datagram) if self._message.on else None
-        if isinstance(said, Motion) and (said.heading_deg is None or said.time_s > now_s - _OLD_S):
-            self._assist.motion(said)
-            self._heading_known = said.heading_deg is not None
+        received = inbox.unpack(datagram) if self._message.on else None
+        if isinstance(received, Motion) and (
+            received.heading_deg is None or received.time_s > now_s - _OLD_S
+        ):
+            self._assist.motion(received)
+            self._heading_known = received.heading_deg is not None
             self._no_turns_without_heading()
-        elif isinstance(said, HalfTurn) and said.last_s > now_s - _OLD_S:
-            piece = self._lidars.piece(said)
+        elif isinstance(received, HalfTurn) and received.last_s > now_s - _OLD_S:
+            piece = self._lidars.piece(received)
             if piece is not None:
-                self._assist.see(said.lidar, piece)
+                self._assist.see(received.lidar, piece)
 
     def say(self, now_s: float) -> list[Any]:
         """To send: [can advise, press, linear, turn, steers, waits, monotonic s].
@@ -103,13 +105,13 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
     reader = socket.socket(fileno=fd)
     reader.setblocking(False)
     lines = NewestLine()
-    said_s = 0.0
+    sent_s = 0.0
     while True:
         now_s = time.monotonic()
-        due_s = said_s + (_EVERY_S if advisor.held else _PULSE_S)
+        due_s = sent_s + (_EVERY_S if advisor.held else _PULSE_S)
         if now_s >= due_s:
             out.data(json.dumps(advisor.say(now_s)).encode())
-            said_s = now_s
+            sent_s = now_s
             continue
         ready = select.select([fd, 0], [], [], due_s - now_s)[0]
         if 0 in ready:

@@ -31,7 +31,7 @@ class NearReturns:
         ]
         self._times: deque[float] = deque()
         self._headings: deque[float] = deque()  # degrees, not wrapped
-        self._heard_s = -math.inf
+        self._received_s = -math.inf
 
     def motion(self, motion: Motion) -> None:
         """The board's newest heading. Without one, nothing counts that was seen by those before."""

@@ -42,21 +42,21 @@ class _Side:
         self.open = True
         self._ramp = 0.0
         self._better_s: float | None = None
-        self._asked: deque[tuple[float, float]] = deque()
+        self._requested: deque[tuple[float, float]] = deque()
         self._last_s = -math.inf
 
     def output(self, time_s: float, permille: int) -> None:
         if self.stopping is None:
             return
-        asked = float(self.stopping.speeds[FULL]) * max(0, permille) / 1000.0
+        requested = float(self.stopping.speeds[FULL]) * max(0, permille) / 1000.0
         whole_s = float(self.stopping.times_s[0])
         brake = float(self.stopping.speeds[FULL]) / (float(self.stopping.times_s[FULL]) - whole_s)
         dt_s, self._last_s = max(0.0, min(0.2, time_s - self._last_s)), time_s
-        self._asked.append((time_s, asked))
-        while self._asked[0][0] < time_s - _DEAD * whole_s:
-            self._asked.popleft()
+        self._requested.append((time_s, requested))
+        while self._requested[0][0] < time_s - _DEAD * whole_s:
+            self._requested.popleft()
         self.bound -= max(0.0, self.bound - self._ramp) * dt_s / (_LAG * whole_s + dt_s)
-        peak = max(one for _, one in self._asked)
+        peak = max(one for _, one in self._requested)
         self._ramp = max(peak, self._ramp - brake * dt_s)
         self.bound = max(self.bound, self._ramp)
 
@@ -191,7 +191,7 @@ class Permits:
         if one is None or way_m < self._approach.blocked_within_m:
             return 1000
         stops = one.stops + one.speeds * _LATE_S
-        speed = float(np.interp(self._approach.told_m(way_m), stops, one.speeds))
+        speed = float(np.interp(self._approach.reported_m(way_m), stops, one.speeds))
         return round(1000.0 * max(speed, float(one.speeds[CREEP])) / float(one.speeds[FULL]))
 
     def may_turn(self, side: int) -> bool:

@@ -210,14 +210,14 @@ class Supervisor:
         os.set_blocking(fd, False)
         if process.stdin is not None:
             os.set_blocking(process.stdin.fileno(), False)
-        told: bytes | None = None
+        sent: bytes | None = None
         limit = RateLimit(self._records_per_s, self._records_per_s)
         child = _Child(RecordReader(self._longest), limit)
         deadline_s = time.monotonic() + start_s
         while not self._stopping.is_set():
             word = self._word
-            if word is not told and say_to(process, word):
-                told = word
+            if word is not sent and say_to(process, word):
+                sent = word
             left_s = deadline_s - time.monotonic()
             ready = select.select([fd, self._wake_fds[0]], [], [], max(0.0, left_s))[0]
             if self._wake_fds[0] in ready:

@@ -132,8 +132,8 @@ def _definition(message: Message) -> str:
     lines = ["builtin_interfaces/Time stamp", "uint8 seq", "uint16 board_ms"]
     for name, kind in _fields(message):
         if name in _CODES:
-            said = enumerate(_CODES[name])
-            lines += [f"uint8 {name.upper()}_{text.upper()}={code}" for code, text in said]
+            texts = enumerate(_CODES[name])
+            lines += [f"uint8 {name.upper()}_{text.upper()}={code}" for code, text in texts]
         lines.append(f"{kind} {name}")
     return "\n".join(lines)
 

@@ -38,7 +38,7 @@ _LAST_PACE_S = 0.01
 _LAST_S = 2.0  # at the end, queued records are handed over for this long, to a process that reads
 _NICE = 10
 _LINE = 500  # characters
-_TOLD = tuple(
+_LOGGED = tuple(
     f"gazechair.{room}"
     for room in ("base", "board", "daemon", "driving", "picture", "plugins", "sensing", "threads")
 )
@@ -77,7 +77,7 @@ class BlackBox(Supervised):
         self._picture = 0
         self._late_s = 0.0
         self._motion_due_s = self._pose_due_s = 0.0
-        self._told_dropped = 0
+        self._reported_dropped = 0
         self._status: Status | None = None  # the newest of its process
         self._figures: dict[str, int] = {}
         self._ended = threading.Event()
@@ -189,8 +189,8 @@ class BlackBox(Supervised):
         self.note("figures", now_s, figures)
         self.note("places", now_s, self._places)
         self._note_picture()
-        drops = self._ring.dropped != self._told_dropped
-        self._told_dropped = self._ring.dropped
+        drops = self._ring.dropped != self._reported_dropped
+        self._reported_dropped = self._ring.dropped
         health, status = self._parts.part("log"), self._status
         if status is None:
             return
@@ -219,7 +219,7 @@ class _Lines(logging.Handler):
         self._box = box
 
     def emit(self, record: logging.LogRecord) -> None:
-        if not record.name.startswith(_TOLD):
+        if not record.name.startswith(_LOGGED):
             return
         try:
             text = record.getMessage()[:_LINE]

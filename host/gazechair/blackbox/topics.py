@@ -13,20 +13,20 @@ from gazechair.blackbox import ros
 from gazelink import messages
 
 # topic, ROS name, message
-Said = tuple[str, str, dict[str, Any]]
+TopicMessage = tuple[str, str, dict[str, Any]]
 
 CHAIR = "chair"  # the frame of the drive axle: x forward, y to the left
 
 _LEVELS = {states.OK: 0, states.STARTING: 1, states.DEGRADED: 1, states.LOST: 2}
 
 
-def _up(at_ns: int, frame: bytes) -> Iterator[Said]:
+def _up(at_ns: int, frame: bytes) -> Iterator[TopicMessage]:
     found = ros.from_frame(frame, at_ns)
     if found is not None:
         yield f"/host/{found[0].name}", ros.wire_type(found[0]), found[1]
 
 
-def _down(at_ns: int, frame: bytes) -> Iterator[Said]:
+def _down(at_ns: int, frame: bytes) -> Iterator[TopicMessage]:
     found = ros.from_frame(frame, at_ns)
     if found is None:
         return
@@ -38,7 +38,7 @@ def _down(at_ns: int, frame: bytes) -> Iterator[Said]:
         yield "/board/output", ros.TWIST, {"linear": _vector(x=linear), "angular": _vector(z=turn)}
 
 
-def _scan(at_ns: int, scan: tuple[str, bytes]) -> Iterator[Said]:
+def _scan(at_ns: int, scan: tuple[str, bytes]) -> Iterator[TopicMessage]:
     name, beams_mm = scan
     ranges = [mm / 1000 if mm else math.inf for mm in array.array("H", beams_mm)]
     step = 2 * math.pi / len(ranges)
@@ -60,7 +60,9 @@ def _scan(at_ns: int, scan: tuple[str, bytes]) -> Iterator[Said]:
     )
 
 
-def _places(at_ns: int, lidars: list[tuple[str, float, float, float, bool]]) -> Iterator[Said]:
+def _places(
+    at_ns: int, lidars: list[tuple[str, float, float, float, bool]]
+) -> Iterator[TopicMessage]:
     transforms = []
     for name, x_m, y_m, heading_deg, upside_down in lidars:
         half = math.radians(heading_deg) / 2
@@ -77,7 +79,7 @@ def _places(at_ns: int, lidars: list[tuple[str, float, float, float, bool]]) -> 
     yield "/tf_static", ros.PLACES, {"transforms": transforms}
 
 
-def _motion(at_ns: int, found: dict[str, Any]) -> Iterator[Said]:
+def _motion(at_ns: int, found: dict[str, Any]) -> Iterator[TopicMessage]:
     half = math.radians(found["heading_deg"]) / 2
     x_m, y_m = found["x_m"], found["y_m"]
     twist = {
@@ -124,7 +126,7 @@ def _place_covariance(found: dict[str, Any]) -> list[float]:
     return rows
 
 
-def _pose(at_ns: int, pose: tuple[str, float, float, float]) -> Iterator[Said]:
+def _pose(at_ns: int, pose: tuple[str, float, float, float]) -> Iterator[TopicMessage]:
     name, x_m, y_m, heading_deg = pose
     half = math.radians(heading_deg) / 2
     transform = {
@@ -136,7 +138,7 @@ def _pose(at_ns: int, pose: tuple[str, float, float, float]) -> Iterator[Said]:
     yield "/tf", ros.PLACES, {"transforms": [row]}
 
 
-def _health(at_ns: int, parts: list[tuple[str, str, str, str]]) -> Iterator[Said]:
+def _health(at_ns: int, parts: list[tuple[str, str, str, str]]) -> Iterator[TopicMessage]:
     status = [
         _status(_LEVELS[state], name, reason, {"state": state, "detail": detail})
         for name, state, reason, detail in parts
@@ -144,24 +146,24 @@ def _health(at_ns: int, parts: list[tuple[str, str, str, str]]) -> Iterator[Said
     yield "/health", ros.DIAGNOSTICS, {"header": _header(at_ns), "status": status}
 
 
-def _figures(at_ns: int, figures: dict[str, float]) -> Iterator[Said]:
+def _figures(at_ns: int, figures: dict[str, float]) -> Iterator[TopicMessage]:
     status = [_status(0, "host", "", figures)]
     yield "/latency", ros.DIAGNOSTICS, {"header": _header(at_ns), "status": status}
 
 
-def _picture(at_ns: int, jpeg: bytes) -> Iterator[Said]:
+def _picture(at_ns: int, jpeg: bytes) -> Iterator[TopicMessage]:
     header = _header(at_ns, "camera")
     yield "/picture", ros.PICTURE, {"header": header, "format": "jpeg", "data": jpeg}
 
 
-def _line(at_ns: int, line: tuple[int, str, str]) -> Iterator[Said]:
+def _line(at_ns: int, line: tuple[int, str, str]) -> Iterator[TopicMessage]:
     level, name, text = line
-    said = {"stamp": ros.stamp(at_ns), "level": level, "name": name, "msg": _text(text)}
-    yield "/rosout", ros.LINE, {**said, "file": "", "function": "", "line": 0}
+    fields = {"stamp": ros.stamp(at_ns), "level": level, "name": name, "msg": _text(text)}
+    yield "/rosout", ros.LINE, {**fields, "file": "", "function": "", "line": 0}
 
 
 # {kind of record: what it becomes at a wall time in ns}
-_KINDS: dict[str, Callable[[int, Any], Iterator[Said]]] = {
+_KINDS: dict[str, Callable[[int, Any], Iterator[TopicMessage]]] = {
     "up": _up,
     "down": _down,
     "scan": _scan,
@@ -175,7 +177,7 @@ _KINDS: dict[str, Callable[[int, Any], Iterator[Said]]] = {
 }
 
 
-def said(kind: str, at_ns: int, payload: Any) -> Iterator[Said]:
+def messages_of(kind: str, at_ns: int, payload: Any) -> Iterator[TopicMessage]:
     """The messages for a record of that kind, any number of them."""
     return _KINDS[kind](at_ns, payload)
 

@@ -107,7 +107,7 @@ class LogWriter:
         if self._writer is None:
             self._open()
         wall_ns = self._stamp_ns(at_ns)
-        for topic, name, message in topics.said(kind, min(wall_ns, _LATEST_NS), payload):
+        for topic, name, message in topics.messages_of(kind, min(wall_ns, _LATEST_NS), payload):
             self._say(wall_ns, topic, name, ros.DEFINITIONS[name], message)
 
     def publish(

@@ -17,7 +17,7 @@ KNOWN = (
     *("profile", "step_turn_q4_deg", "neutral_linear_count", "neutral_turn_count"),
     *(profile_row(row, "tuned") for row in range(len(PROFILES))),
 )
-_ASKED = tuple(index_of(name) for name in KNOWN)
+_INDICES = tuple(index_of(name) for name in KNOWN)
 _RELAY = index_of("relay_fitted")
 _TELL = (codes.SETTING_GET, codes.SETTING_SET, codes.SETTING_SET_NEUTRAL)
 
@@ -40,13 +40,13 @@ class KnownSettings:
         if now_s < self._due_s:
             return None
         self._due_s = now_s + ASK_PERIOD_S
-        return codes.SETTING_GET, next(i for i in _ASKED if NAMES[i] not in self.values), 0
+        return codes.SETTING_GET, next(i for i in _INDICES if NAMES[i] not in self.values), 0
 
     def due_s(self) -> float:
         """When to ask again; infinity once everything is known."""
         return self._due_s
 
-    def heard(self, reply: SettingReply, now_s: float) -> None:
+    def received(self, reply: SettingReply, now_s: float) -> None:
         """An answer about any setting, to whomever."""
         if reply.refused:
             return
@@ -54,9 +54,9 @@ class KnownSettings:
             self.values = {}
             self._due_s = now_s
         elif reply.index == _RELAY:
-            if len(self.values) < len(_ASKED):  # some may be known: others ask, too
+            if len(self.values) < len(_INDICES):  # some may be known: others ask, too
                 self._due_s = now_s
-        elif reply.request in _TELL and reply.index in _ASKED:
+        elif reply.request in _TELL and reply.index in _INDICES:
             self.values = {**self.values, NAMES[reply.index]: reply.value}
             if self._due_s < math.inf:
-                self._due_s = math.inf if len(self.values) == len(_ASKED) else now_s
+                self._due_s = math.inf if len(self.values) == len(_INDICES) else now_s

@@ -267,7 +267,7 @@ class BoardLink:
         changed = False
         for event in events:
             if isinstance(event, BoardState):
-                self._judge.heard(now_s)
+                self._judge.received(now_s)
                 self._story.note(event)
                 self._state.put(event, event.received_s)
                 self._on_state(event)

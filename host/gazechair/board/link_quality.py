@@ -32,7 +32,7 @@ class LinkJudge:
         self._path = ""
         self._known_path = ""
         self._session = False
-        self._heard_s = 0.0
+        self._received_s = 0.0
         self._differs = ""
         self._last_words = ("", "")
 
@@ -45,7 +45,7 @@ class LinkJudge:
         """The port at `path` was opened."""
         self._path = path
         self._session = False
-        self._heard_s = now_s
+        self._received_s = now_s
         self._differs = ""
         self._last_words = ("", "")
 
@@ -53,33 +53,33 @@ class LinkJudge:
         """A session has begun."""
         self._known_path = self._path
         self._session = True
-        self._heard_s = now_s
+        self._received_s = now_s
         self._differs = ""
         self._last_words = ("", "")
 
     def ended(self, now_s: float) -> None:
         """The session has ended; a handshake runs on the same port."""
         self._session = False
-        self._heard_s = now_s
+        self._received_s = now_s
 
-    def heard(self, now_s: float) -> None:
+    def received(self, now_s: float) -> None:
         """A STATE frame has arrived."""
-        self._heard_s = now_s
+        self._received_s = now_s
 
     def differs(self, detail: str, now_s: float) -> None:
         """A board of another version has answered."""
         self._differs = detail
-        self._heard_s = now_s
+        self._received_s = now_s
 
     def refuses(self, reason: str, detail: str, now_s: float) -> None:
         """A board without a session reports why it does not start."""
         if not self._session:
             self._last_words = (reason, detail)
-            self._heard_s = now_s
+            self._received_s = now_s
 
     def verdict(self, unsent_s: float, now_s: float) -> Verdict | None:
         """How the link is at `now_s`; None: as before. `unsent_s`: age of bytes not yet taken."""
-        quiet_s = now_s - self._heard_s
+        quiet_s = now_s - self._received_s
         if not self._session:
             if quiet_s > self._answer_s:
                 return self._no_answer()

@@ -20,7 +20,7 @@ from gazechair.board.known_settings import KnownSettings
 from gazechair.board.orders import Orders
 from gazechair.board.relay import RelayQuestion
 from gazechair.board.state import BoardId, BoardLimits, BoardState, BoardStats
-from gazechair.board.zone import NOT_KNOWN, ZoneHeard
+from gazechair.board.zone import NOT_KNOWN, ReceivedZone
 from gazelink import VERSION, codes, frame, messages
 
 HELLO_PERIOD_S = 0.2
@@ -63,7 +63,7 @@ class LinkProtocol:
         self._greeted: tuple[str, str, bool, int] | None = None  # echoes our HELLO
         self._board: BoardId | None = None
         self._stamp_ms = 0
-        self._heard_s = 0.0
+        self._received_s = 0.0
         self._hello_due_s = 0.0
         self._command = STOP_COMMAND
         self._command_due_s = 0.0
@@ -82,7 +82,7 @@ class LinkProtocol:
         self._trace_due_s = 0.0
         self._relay = RelayQuestion()
         self._known = KnownSettings()
-        self._zone = ZoneHeard()
+        self._zone = ReceivedZone()
 
     @property
     def board(self) -> BoardId | None:
@@ -148,7 +148,7 @@ class LinkProtocol:
                 return b""
             self._hello_due_s = now_s + HELLO_PERIOD_S
             return self._clear(now_s) + self._hello(now_s)
-        if now_s - self._heard_s > RESYNC_S:
+        if now_s - self._received_s > RESYNC_S:
             return b""  # the caller learns of it from check()
         out = b""
         for order in self._orders.due(now_s):
@@ -189,7 +189,7 @@ class LinkProtocol:
 
     def check(self, now_s: float) -> list[Event]:
         """Events of time alone: restarts a session in which no frame arrives any more."""
-        if self._board is None or now_s - self._heard_s <= RESYNC_S:
+        if self._board is None or now_s - self._received_s <= RESYNC_S:
             return []
         self._handshake(now_s)
         return [SessionEnded(f"the board has sent nothing for {RESYNC_S:.0f} s")]
@@ -243,10 +243,10 @@ class LinkProtocol:
             return
         self.witness("down", now_s, bytes(buf[: message.size]))
         if message is messages.HELLO:
-            self._hello_heard(message.unpack(buf), now_s, events)
+            self._hello_received(message.unpack(buf), now_s, events)
             return
         if message is messages.NONCE:
-            self._nonce_heard(message.unpack(buf), now_s, events)
+            self._nonce_received(message.unpack(buf), now_s, events)
             return
         if message is messages.FAULT:
             fields = message.unpack(buf)
@@ -256,11 +256,11 @@ class LinkProtocol:
             events.append(FaultText(reason, _text(fields["detail"])))
             return
         if message is messages.LIMITS and self._board is None:
-            self._limits_heard(message.unpack(buf), now_s, events)
+            self._limits_received(message.unpack(buf), now_s, events)
             return
         if self._board is None or message.plain:
             return
-        self._heard_s = now_s
+        self._received_s = now_s
         self._keys.advance(frame.u16(buf, messages.STAMP_AT))
         self._stamp_ms = self._keys.clock_ms
         if message is messages.STATE:
@@ -269,14 +269,14 @@ class LinkProtocol:
             events.append(BoardStats(message.unpack(buf), now_s))
         elif message is messages.SETTING_REPLY:
             reply = SettingReply(**message.unpack(buf))
-            self._relay.heard(reply.index, reply.value, reply.refused)
-            self._known.heard(reply, now_s)
+            self._relay.received(reply.index, reply.value, reply.refused)
+            self._known.received(reply, now_s)
             events.append(reply)
             if reply.request != codes.SETTING_GET and not reply.refused:
                 self._zone.forget()  # the board sends it again, right after this
                 events.append(NOT_KNOWN)
         elif message is messages.ZONE:
-            zone = self._zone.heard(**message.unpack(buf))
+            zone = self._zone.received(**message.unpack(buf))
             if zone is not None:
                 events.append(zone)
         elif message is messages.PONG:
@@ -286,7 +286,7 @@ class LinkProtocol:
                 events.append(Pong(now_s - self._ping_sent_s))
                 self._ping_sent_s = None
 
-    def _hello_heard(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
+    def _hello_received(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
         if fields["role"] != codes.ROLE_BOARD:
             return  # our own words, echoed by a foreign device
         name = _text(fields["name"])
@@ -313,7 +313,7 @@ class LinkProtocol:
         simulated = bool(fields["flags"] & codes.FLAG_SIMULATED)
         self._greeted = (name, version, simulated, fields["boot"])
 
-    def _nonce_heard(self, fields: dict[str, Any], now_s: float, events: list[Event]) -> None:
+    def _nonce_received(self, fields: dict[str, Any], now_s: float, events: list[Event]) -> None:
         if fields["session"] != self._session:
             return
         if self._board is not None:
@@ -327,14 +327,14 @@ class LinkProtocol:
         stamp_ms = frame.u16(self._decoder.buf, messages.STAMP_AT)
         self._keys.begin(self._session, self._greeted[-1], self._nonce, fields["epoch"], stamp_ms)
 
-    def _limits_heard(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
+    def _limits_received(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
         # The session begins here, so that nothing is sent by any limits but this board's own.
         assert self._greeted is not None  # the frame is of this session
         self._forget_last_words()
         self._board = BoardId(*self._greeted, self._session, BoardLimits(**fields))
         self._keys.advance(frame.u16(self._decoder.buf, messages.STAMP_AT))
         self._stamp_ms = self._keys.clock_ms
-        self._heard_s = now_s
+        self._received_s = now_s
         self._command_due_s = now_s
         self._clearance_due_s = now_s
         self._trace_due_s = now_s

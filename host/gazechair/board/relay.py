@@ -38,7 +38,7 @@ class RelayQuestion:
         """When to request it again; infinity once answered."""
         return self._due_s
 
-    def heard(self, index: int, value: int, refused: int) -> None:
+    def received(self, index: int, value: int, refused: int) -> None:
         """A SETTING_REPLY: `value` is in force for the setting `index`; 0 = not `refused`."""
         if index == _INDEX and not refused:
             self._answer = value != 0

@@ -22,10 +22,10 @@ class StateLog:
 
     def note(self, state: BoardState) -> None:
         """Log `state` if it differs from the last one in what matters to a person later."""
-        told = (state.state, state.override, state.faults)
-        if told == self._last:
+        current = (state.state, state.override, state.faults)
+        if current == self._last:
             return
-        self._last = told
+        self._last = current
         level = logging.WARNING if state.faults else logging.INFO
         log.log(
             level,

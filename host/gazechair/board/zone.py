@@ -20,19 +20,19 @@ class BoardZone:
 NOT_KNOWN = BoardZone(())
 
 
-class ZoneHeard:
+class ReceivedZone:
     """The board repeats each direction; it sends changes at once."""
 
     def __init__(self) -> None:
         self._points: dict[int, bytes] = {}
-        self._told = NOT_KNOWN
+        self._newest = NOT_KNOWN
 
     def forget(self) -> None:
         """A session has begun or settings have changed: earlier values do not count any more."""
         self._points.clear()
-        self._told = NOT_KNOWN
+        self._newest = NOT_KNOWN
 
-    def heard(self, direction: int, points: bytes) -> BoardZone | None:
+    def received(self, direction: int, points: bytes) -> BoardZone | None:
         """A ZONE frame; what is now known, None when it is not all, or nothing new."""
         if direction >= len(codes.DIRECTIONS):
             return None
@@ -40,7 +40,7 @@ class ZoneHeard:
         if len(self._points) < len(codes.DIRECTIONS):
             return None
         found = BoardZone(tuple(self._points[at] for at in range(len(codes.DIRECTIONS))))
-        if found == self._told:
+        if found == self._newest:
             return None
-        self._told = found
+        self._newest = found
         return found

@@ -66,7 +66,7 @@ class Arbiter:
         self._press = DrivingPress(last_edge)
         self._mode_press = 0
         self._owner: int | None = None
-        self._arm_asked_s: float | None = None
+        self._arm_requested_s: float | None = None
         self._state = codes.DISARMED
         self._session = 0
         self._board_edge = 0
@@ -116,10 +116,10 @@ class Arbiter:
         """The page's own edge of the press that the board last accepted from it, 0 for none."""
         return self._press.page_edge(client, self._board_edge)
 
-    def somebody_hears(self, now_s: float) -> bool:
+    def caretaker_is_there(self, now_s: float) -> bool:
         """True if a caretaker's page is connected: a call would reach it."""
         pages = [p for p in self._clients.values() if not p.is_input]
-        return any(p.role == codes.CARETAKER and now_s - p.heard_s <= THERE_S for p in pages)
+        return any(p.role == codes.CARETAKER and now_s - p.received_s <= THERE_S for p in pages)
 
     @property
     def mode_press(self) -> tuple[str, int]:
@@ -176,7 +176,7 @@ class Arbiter:
         self.tick(now_s)
         if isinstance(message, Beat):
             if self.tokens.fresh(message.proof, now_s):
-                self._heard(client, page, now_s, message.proof)
+                self._received(client, page, now_s, message.proof)
             return None
         if page.role == codes.NOBODY:
             return Refusal("message", "not_allowed", "this device may only watch")
@@ -250,20 +250,20 @@ class Arbiter:
         if was == codes.ARMED != state:
             self._press.end()
         # Right after an order to arm, the board may still be completing an earlier disarming.
-        if state == codes.DISARMED != was and self._arm_asked_s is None:
+        if state == codes.DISARMED != was and self._arm_requested_s is None:
             self._owner = None
         self.tick(now_s)
 
     def tick(self, now_s: float) -> None:
         """Process timeouts: stop a silent owner, end an unanswered order to arm."""
         self._bypass.tick(now_s)
-        if self._arm_asked_s is not None and now_s - self._arm_asked_s > ARM_ANSWER_S:
-            self._arm_asked_s = None
+        if self._arm_requested_s is not None and now_s - self._arm_requested_s > ARM_ANSWER_S:
+            self._arm_requested_s = None
             if self._state == codes.DISARMED:
                 self._press.drop()
                 self._owner = None
         owner = None if self._owner is None else self._clients[self._owner]
-        self.page_silent = owner is not None and now_s - owner.heard_s > self.page_silent_s
+        self.page_silent = owner is not None and now_s - owner.received_s > self.page_silent_s
         if self.page_silent or self._input_silent(now_s):
             self._press.drop()
         self._press.tick(now_s)
@@ -272,13 +272,13 @@ class Arbiter:
         # A step that an input began outlives its proof, like a page's, but not its input.
         press = self._press.now
         by = None if press is None else self._clients.get(press.client)
-        return by is not None and by.is_input and now_s - by.heard_s > self.page_silent_s
+        return by is not None and by.is_input and now_s - by.received_s > self.page_silent_s
 
-    def _heard(self, client: int, page: Client, now_s: float, proof: int | None) -> None:
+    def _received(self, client: int, page: Client, now_s: float, proof: int | None) -> None:
         # An input that keeps repeating an old time counts as dead since then.
-        page.heard_s = now_s
+        page.received_s = now_s
         if page.is_input and proof is not None:
-            page.heard_s = self.tokens.proven_s(proof, now_s)
+            page.received_s = self.tokens.proven_s(proof, now_s)
         if client == self._owner:
             self.page_silent = False
 
@@ -312,7 +312,7 @@ class Arbiter:
         began_s = self._press.began_s(client, message.edge, proven_s)
         if not fresh:
             return Refusal(what, "stale_token", "the command was too long on its way")
-        self._heard(client, page, now_s, message.proof)
+        self._received(client, page, now_s, message.proof)
         new = self._press.is_new(client, message.edge)
         if new:
             page.refused.clear()
@@ -365,12 +365,12 @@ class Arbiter:
         if what == "arm" and self._owner not in (None, client):
             return Refusal(what, "not_owner", "another page drives; it must stop driving first")
         # Armed, the board hands over: it stops, and waits for the new owner's own press.
-        self._heard(client, page, now_s, None)
+        self._received(client, page, now_s, None)
         if self._session == 0:
             return Refusal(what, "not_connected", "the board is not connected")
         self._press.drop()
         self._owner = client
-        self._arm_asked_s = now_s
+        self._arm_requested_s = now_s
         self._order(codes.ARM, client)
         return None
 

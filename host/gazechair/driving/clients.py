@@ -14,7 +14,7 @@ ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER, "viewer": codes.N
 class Client:
     role: int  # as owner: codes.DRIVER, ...
     role_name: str
-    heard_s: float
+    received_s: float
     is_input: bool = False  # else a page
     refused: set[str] = field(default_factory=set)  # refusals already sent about its newest press
     bypass_refused: int = 0  # edge of a bypass already refused

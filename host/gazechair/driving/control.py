@@ -140,7 +140,7 @@ class Control:
             offered = not isinstance(meaning, UseMode) or meaning.mode in self._tiles
             refusal = self._arbiter.receive(client, meaning, now_s, offered)
             if meaning is STOP and not self._arbiter.is_input(client):
-                self._stop_seen.said(client, now_s)
+                self._stop_seen.requested(client, now_s)
             if self._arbiter.cap_permille != was_permille:
                 self._speed_cap.keep(self._arbiter.cap_permille)
             self._send_to_board()
@@ -361,7 +361,7 @@ class Control:
             "cap_permille": self._arbiter.cap_permille,
             "call": help_call.on,
             "coming": help_call.coming(now_s),
-            "heard": self._arbiter.somebody_hears(now_s)
+            "heard": self._arbiter.caretaker_is_there(now_s)
             or (self._alerts is not None and self._alerts.reaches_somebody()),
             "alerts": self._alerts.revision if self._alerts else 0,
             "profile": self._profiles.revision,

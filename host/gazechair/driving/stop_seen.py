@@ -9,19 +9,19 @@ class StopSeen:
     """Counts each page's stops, and those that the board has confirmed. Not thread-safe."""
 
     def __init__(self) -> None:
-        self._said: dict[int, tuple[int, float]] = {}  # client: how many, when the newest
+        self._requested: dict[int, tuple[int, float]] = {}  # client: how many, when the newest
         self._seen: dict[int, int] = {}
 
-    def said(self, client: int, now_s: float) -> None:
+    def requested(self, client: int, now_s: float) -> None:
         """This page has sent a stop."""
-        self._said[client] = (self._said.get(client, (0, 0.0))[0] + 1, now_s)
+        self._requested[client] = (self._requested.get(client, (0, 0.0))[0] + 1, now_s)
 
     def board(self, stands: bool, received_s: float) -> None:
         """The board's newest state: whether no motion is requested, and when it arrived."""
         if not stands:
             return
-        for client, (count, said_s) in self._said.items():
-            if received_s >= said_s + ON_ITS_WAY_S:
+        for client, (count, requested_s) in self._requested.items():
+            if received_s >= requested_s + ON_ITS_WAY_S:
                 self._seen[client] = count
 
     def seen(self, client: int) -> int:
@@ -34,5 +34,5 @@ class StopSeen:
 
     def gone(self, client: int) -> None:
         """This page has closed."""
-        self._said.pop(client, None)
+        self._requested.pop(client, None)
         self._seen.pop(client, None)

@@ -43,7 +43,7 @@ from gazechair.service.tune.forward_runner import ForwardRunner, Measured
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazechair.service.tune.runner import Runner
-from gazechair.service.tune.session import HEARD_S, with_eyes
+from gazechair.service.tune.session import PERMITTED_S, with_eyes
 from gazechair.service.tune.tuning import Tuning
 from gazelink import codes
 from gazelink.settings_table import PROFILES, index_of
@@ -350,7 +350,7 @@ class Guide:
 
         def record(believed: TurnNumbers, neutral_count: int) -> Sequence[Recording]:
             self._looked = True
-            self._wait(HEARD_S)
+            self._wait(PERMITTED_S)
             return Runner(self._hands(), self._pulse_begins).run(believed, neutral_count)
 
         straight = None if self._measured is None else partial(self._straight, self._measured)

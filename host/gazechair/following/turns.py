@@ -39,7 +39,7 @@ class Turns:
     def __init__(self) -> None:
         self._waiting: deque[Piece] = deque()
         self._parts: deque[tuple[Piece, Estimate]] = deque()
-        self._told_s = -math.inf
+        self._reported_s = -math.inf
         self._foremost: Piece | None = None
 
     def piece(self, piece: Piece) -> None:
@@ -63,9 +63,9 @@ class Turns:
         last_s = float(piece.times_s[-1])
         while self._parts[0][0].times_s[-1] <= last_s - _TURN_S:
             self._parts.popleft()
-        if last_s < self._told_s + _SOON_S:
+        if last_s < self._reported_s + _SOON_S:
             return None
-        self._told_s = last_s
+        self._reported_s = last_s
         return _whole(list(self._parts), last_s)
 
 

@@ -18,7 +18,7 @@ from gazechair.plugins.exchange import unpack_facts
 from gazechair.plugins.found import Found, find
 
 _PATIENCE_S = 20.0
-_SAID = 1 << 16
+_LONGEST = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,15 @@ def describe(found: Found, settings: Mapping[str, Any] | None = None) -> Descrip
     about, wrong, refused = "", "", False
     table: tuple[str, ...] = ()
     try:
-        for kind, payload in RecordReader(_SAID).feed(done.stdout):
+        for kind, payload in RecordReader(_LONGEST).feed(done.stdout):
             if kind == FACTS:
                 about = unpack_facts(payload).about
             elif kind == DATA:
                 table = tuple(str(line) for line in json_text.parse(payload)["table"])
             else:
-                said = json_text.parse(payload)
-                wrong = str(said["detail"]) if said["state"] == "lost" else ""
-                refused = said["reason"] == SETTING
+                status = json_text.parse(payload)
+                wrong = str(status["detail"]) if status["state"] == "lost" else ""
+                refused = status["reason"] == SETTING
     except (ValueError, KeyError, TypeError) as error:
         wrong = f"sent nonsense: {error}"
     if done.returncode != 0 and not wrong:
@@ -75,7 +75,7 @@ def examine(config: PluginConfig) -> Description:
         found = find(config.kind, config.name)
     except LookupError as error:
         return Description(wrong=f"{config.lines.get('', '')}: {error}")
-    told = describe(found, config.settings)
-    if not told.setting:
-        return told
-    return Description(told.about, told.table, config.refusal(*told.wrong.split(" ", 1)))
+    one = describe(found, config.settings)
+    if not one.setting:
+        return one
+    return Description(one.about, one.table, config.refusal(*one.wrong.split(" ", 1)))

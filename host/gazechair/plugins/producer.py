@@ -70,7 +70,7 @@ class InputProducer:
         self._times = _Times(clock)
         self._client = port.join(person)
         self._stops = 0
-        self._said = Intent("stop")
+        self._newest = Intent("stop")
         # Nothing moves until the person has let go for a moment: neither what was held at the
         # start, nor what was held through anyone's stop.
         self._began_s = clock()
@@ -84,7 +84,7 @@ class InputProducer:
         value = unpack(payload)
         if not self._times.fresh(value.born_s):
             return value
-        was, self._said = self._said, value.intent
+        was, self._newest = self._newest, value.intent
         proof = self._port.proof(value.born_s)
         self._port.act(self._client, Beat(proof))
         if value.stops != self._stops or value.intent.do == "stop":

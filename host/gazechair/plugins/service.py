@@ -51,7 +51,7 @@ class Plugin(Supervised):
         self._clock = clock
         self._life: producer.InputProducer | producer.ModeProducer | None = None
         self._facts = Facts("", "", {})
-        self._told_s = 0.0
+        self._reported_s = 0.0
 
     def start(self) -> None:
         """Start its process; a missing one is only reported in its health."""
@@ -120,7 +120,7 @@ class Plugin(Supervised):
         except ValueError:
             self._end()
             raise
-        self._tell(value)
+        self._report(value)
 
     def _begin(self) -> producer.InputProducer | producer.ModeProducer:
         if self.config.kind == "input":
@@ -138,11 +138,14 @@ class Plugin(Supervised):
         elif life is not None:
             self._port.offer_mode(self.config.name, None)
 
-    def _tell(self, value: Value) -> None:
+    def _report(self, value: Value) -> None:
         now_s = self._clock()
-        if now_s < self._told_s + _HEALTH_S and self.health.state in (states.OK, states.DEGRADED):
+        if now_s < self._reported_s + _HEALTH_S and self.health.state in (
+            states.OK,
+            states.DEGRADED,
+        ):
             return  # a plug-in that keeps changing must not fill the log
-        self._told_s = now_s
+        self._reported_s = now_s
         if value.trouble:
             self.health.set(states.DEGRADED, "plugin_trouble", value.trouble)
         else:
@@ -225,30 +228,30 @@ class Plugins:
             plugin.stop()
 
     def _tell_modes(self) -> None:
-        teller = WorldTeller()
+        sender = WorldSender()
         pause_s = _IDLE_LOOK_S
         while not self._stopping.wait(pause_s):
             context = self._port.mode_context()
-            word = teller.word(context, self._clock())
+            word = sender.word(context, self._clock())
             if word is not None and context.mode in self._modes:
                 self._modes[context.mode].tell(word)
             pause_s = _LOOK_S if context.mode else _IDLE_LOOK_S
 
 
-class WorldTeller:
+class WorldSender:
     """Decides what the pressed mode receives, and when: each new board state, 50 per second."""
 
     def __init__(self) -> None:
-        self._told_s = 0.0
+        self._sent_s = 0.0
         self._state_s = 0.0
 
     def word(self, context: ModeContext, now_s: float) -> bytes | None:
         """The next message; None: nothing to send now."""
         if not context.mode or context.state_s == self._state_s:
             return None
-        if now_s - self._told_s < _WORLD_PERIOD_S:
+        if now_s - self._sent_s < _WORLD_PERIOD_S:
             return None
-        self._told_s, self._state_s = now_s, context.state_s
+        self._sent_s, self._state_s = now_s, context.state_s
         return word_of(context)
 
 

@@ -36,7 +36,7 @@ class BoardSettings:
         self._link = link
         self._session = 0
         self._known: Mapping[str, int] | None = None
-        self._asked_s = float("-inf")
+        self._requested_s = float("-inf")
         self._stale = True  # the settings may have been changed since the last answers
 
     @property
@@ -51,7 +51,7 @@ class BoardSettings:
         if board is None or state is None:
             return
         if board.session != self._session:
-            self._session, self._known, self._asked_s = board.session, None, float("-inf")
+            self._session, self._known, self._requested_s = board.session, None, float("-inf")
             self._stale = True
         # Settings cannot change while driving is on: the first answers from then on hold.
         off = state.state == codes.DISARMED
@@ -60,8 +60,8 @@ class BoardSettings:
             return
         switched_on = not off and self._known is not None
         again_s = _AGAIN_S if off else _RETRY_S
-        if switched_on or state.received_s >= self._asked_s + again_s:
-            self._asked_s = state.received_s
+        if switched_on or state.received_s >= self._requested_s + again_s:
+            self._requested_s = state.received_s
             self._ask(off)
 
     def _ask(self, off: bool) -> None:

@@ -51,7 +51,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
             tick_s = max(tick_s + STEP_S, now_s)
             # Not one by one as they come: several hundred a second, in each producer's process.
             for datagram in inbox.waiting(reader):
-                runner.heard(unpack(datagram) or inbox.unpack(datagram), now_s)
+                runner.received(unpack(datagram) or inbox.unpack(datagram), now_s)
             runner.tick(now_s)
 
 

@@ -85,7 +85,7 @@ class Sensed:
 
 
 @dataclass(frozen=True)
-class Said:
+class Output:
     """A producer's output in a step."""
 
     stick: tuple[int, int] | None
@@ -110,7 +110,7 @@ class Producer(ABC):
         """A new press of its mode: begin. Everything before is over."""
 
     @abstractmethod
-    def step(self, sensed: Sensed, now_s: float) -> Said:
+    def step(self, sensed: Sensed, now_s: float) -> Output:
         """Called every 50 ms while pressed. While a step takes longer, the chair stands."""
 
 
@@ -125,5 +125,5 @@ class SpotProducer(Producer):
         """A spot was chosen. It replaces any earlier one."""
 
     @abstractmethod
-    def wait(self, sensed: Sensed, now_s: float) -> Said:
+    def wait(self, sensed: Sensed, now_s: float) -> Output:
         """Called every 50 ms while nobody presses. Others may drive the chair meanwhile."""

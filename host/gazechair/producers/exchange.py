@@ -16,7 +16,7 @@ from typing import Any
 from gazechair.base import json_text
 from gazechair.plugins.contract import NOTHING, drive
 from gazechair.plugins.exchange import BadValue, Value
-from gazechair.producers.contract import Said
+from gazechair.producers.contract import Output
 
 WORD_OLD_S = 0.3
 """An older word no longer proves a press."""
@@ -38,12 +38,13 @@ class Record:
     ask: int
 
 
-def pack(born_s: float, press: int, said: Said, ask: int = 0) -> bytes:
+def pack(born_s: float, press: int, output: Output, ask: int = 0) -> bytes:
     """A record as bytes."""
-    intent = NOTHING if said.stick is None else drive(*said.stick)
+    intent = NOTHING if output.stick is None else drive(*output.stick)
     value = Value(born_s, press, intent).pack().decode()
-    told = {"state": said.state, "reason": said.reason, "shown": dict(said.shown), "ask": ask}
-    return json.dumps({"value": value, **told}).encode()
+    shown = dict(output.shown)
+    fields = {"state": output.state, "reason": output.reason, "shown": shown, "ask": ask}
+    return json.dumps({"value": value, **fields}).encode()
 
 
 def unpack(payload: bytes) -> Record:

@@ -25,8 +25,8 @@ from gazechair.producers.contract import (
     STEP_S,
     UNCALIBRATED,
     Ask,
+    Output,
     Press,
-    Said,
     Sensed,
     Setup,
     SpotProducer,
@@ -57,7 +57,7 @@ class LineProducer(SpotProducer):
         self._follower: LineFollower | None = None
         self._track_of: int | None = None  # the frame that the line is in
         self._pressed_s = self._placed_s = -math.inf
-        self._asked_s = -math.inf  # last requested motion
+        self._requested_s = -math.inf  # last requested motion
         self._moved_by_others = MovedByOthers()
         self._refused = ""
 
@@ -70,15 +70,15 @@ class LineProducer(SpotProducer):
             return
         self._camera = known.camera.scaled(WIDTH_PX)
 
-    def wait(self, sensed: Sensed, now_s: float) -> Said:
+    def wait(self, sensed: Sensed, now_s: float) -> Output:
         self._track.take(sensed.estimates)
         ask = self._ask
         if ask is None:
-            return Said(None, "ended")
+            return Output(None, "ended")
         if self._follower is None and not self._refused:
             self._choose(ask, sensed.picture, now_s)
         if self._follower is None:
-            return Said(None, "ended" if self._refused else "thinks", self._refused)
+            return Output(None, "ended" if self._refused else "thinks", self._refused)
         reason = self._look(sensed.picture, now_s)
         since_s = now_s - max(ask.at_s, self._pressed_s)
         if not reason and (since_s > KEPT_S or self._moved_by_others.moved(self._track, now_s)):
@@ -88,15 +88,15 @@ class LineProducer(SpotProducer):
         pose = self._track.pose(now_s)
         if pose is not None:
             self._follower.rest(pose, now_s)
-        return Said(None, "ready", "", self._shown(pose))
+        return Output(None, "ready", "", self._shown(pose))
 
     def press(self, press: Press) -> None:
         self._numbers = ChairNumbers.of(press.settings)
-        self._pressed_s = self._asked_s = press.at_s
+        self._pressed_s = self._requested_s = press.at_s
         if self._ask is None or press.target["ask"] != self._ask.number:
             self._over(LOST)
 
-    def step(self, sensed: Sensed, now_s: float) -> Said:
+    def step(self, sensed: Sensed, now_s: float) -> Output:
         self._track.take(sensed.estimates)
         self._pressed_s = now_s
         self._moved_by_others.begin(now_s)
@@ -106,23 +106,23 @@ class LineProducer(SpotProducer):
             return self._over(reason)
         pose, newest = self._track.pose(now_s), self._track.newest
         if pose is None or newest is None or not self._track.known(now_s):
-            return Said((0, 0), "waits", NO_PLACE)
+            return Output((0, 0), "waits", NO_PLACE)
         moves = newest.speed_m_s, math.radians(newest.yaw_rate_deg_s)
         request = follower.step(pose, *moves, now_s, STEP_S)
         if follower.state is State.ENDED:
             return self._over("", "arrived")
-        self._asked_s = self._asked_s if request == STOP else now_s
-        if follower.state is State.LOST or now_s - self._asked_s > GONE_S:
+        self._requested_s = self._requested_s if request == STOP else now_s
+        if follower.state is State.LOST or now_s - self._requested_s > GONE_S:
             return self._over(LOST)
         shown = self._shown(pose)
         if request == STOP:
-            return Said((0, 0), "waits", "line_hidden", shown)
-        return Said(self._stick(request), "drives", "line_follows", shown)
+            return Output((0, 0), "waits", "line_hidden", shown)
+        return Output(self._stick(request), "drives", "line_follows", shown)
 
-    def _over(self, reason: str, state: str = "ended") -> Said:
+    def _over(self, reason: str, state: str = "ended") -> Output:
         """End it; continuing needs a new choice."""
         self._ask = self._follower = None
-        return Said(None, state, reason)
+        return Output(None, state, reason)
 
     def _choose(self, ask: Ask, shot: Shot | None, now_s: float) -> None:
         """Choose the line in the first picture after the look, while the chair stands."""

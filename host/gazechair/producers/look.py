@@ -29,8 +29,8 @@ from gazechair.producers.contract import (
     KEPT_S,
     UNCALIBRATED,
     Ask,
+    Output,
     Press,
-    Said,
     Sensed,
     Setup,
     SpotProducer,
@@ -98,15 +98,15 @@ class LookProducer(SpotProducer):
         else:
             self._spot_m = spot.x_m, spot.y_m
 
-    def wait(self, sensed: Sensed, now_s: float) -> Said:
+    def wait(self, sensed: Sensed, now_s: float) -> Output:
         self._hear(sensed)
         ask = self._ask
         if ask is None:
-            return Said(None, "ended")
+            return Output(None, "ended")
         if self._found is None and not self._refused:
             self._find(ask, sensed.picture, now_s)
         if self._found is None:
-            return Said(None, "ended" if self._refused else "thinks", self._refused)
+            return Output(None, "ended" if self._refused else "thinks", self._refused)
         since_s = now_s - max(ask.at_s, self._pressed_s)
         newest = self._track.newest
         old = since_s > KEPT_S or newest is None or newest.track != self._track_of
@@ -114,7 +114,7 @@ class LookProducer(SpotProducer):
             return self._over(NOT_NOW)
         if self._redrawn(now_s):
             return self._over(CHANGED)
-        return Said(None, "ready", "", self._shown(self._found[3].points_m, now_s))
+        return Output(None, "ready", "", self._shown(self._found[3].points_m, now_s))
 
     def press(self, press: Press) -> None:
         self._mission = None
@@ -126,7 +126,7 @@ class LookProducer(SpotProducer):
         numbers, footprint = ChairNumbers.of(press.settings), self.setup.footprint
         self._mission = Mission(costmap, planner, numbers, footprint, self._ride.submit)
 
-    def step(self, sensed: Sensed, now_s: float) -> Said:
+    def step(self, sensed: Sensed, now_s: float) -> Output:
         self._hear(sensed)
         self._pressed_s = now_s
         self._moved_by_others.begin(now_s)
@@ -143,18 +143,18 @@ class LookProducer(SpotProducer):
         if state == KNOWN:
             pose = newest.pose()
             at = float(pose[0]), float(pose[1]), float(pose[2])
-            said = self._ride.step(mission, found[2], at, newest, now_s)
+            output = self._ride.step(mission, found[2], at, newest, now_s)
         else:
-            said = self._ride.stand(mission, now_s)
-        if said.stick is None:
-            return self._over(said.reason, said.state)
+            output = self._ride.stand(mission, now_s)
+        if output.stick is None:
+            return self._over(output.reason, output.state)
         way = found[3] if mission.way is None else mission.way
-        return replace(said, shown={**said.shown, **self._shown(way.points_m, now_s)})
+        return replace(output, shown={**output.shown, **self._shown(way.points_m, now_s)})
 
-    def _over(self, reason: str, state: str = "ended") -> Said:
+    def _over(self, reason: str, state: str = "ended") -> Output:
         """End it; continuing needs another look."""
         self._ask = self._found = self._mission = None
-        return Said(None, state, reason)
+        return Output(None, state, reason)
 
     def _hear(self, sensed: Sensed) -> None:
         self._ride.hear(sensed)

@@ -13,7 +13,7 @@ from gazechair.following.person import State
 from gazechair.following.request import STOP, Request
 from gazechair.following.turns import Turns
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
+from gazechair.producers.contract import Output, Press, Producer, Sensed, Setup
 
 SIGHT_LOST = "person_no_sight"
 """No lidar turn, or no odometry pose, in time."""
@@ -43,7 +43,7 @@ class PersonProducer(Producer):
         super().__init__(setup)
         self._turns = Turns()
         self._follower = self._made()
-        self._said = Followed(State.NOBODY, STOP, None)
+        self._followed = Followed(State.NOBODY, STOP, None)
         self._track: int | None = None
         self._may_turn = False
         self._begun_s = self._seen_s = 0.0
@@ -53,30 +53,30 @@ class PersonProducer(Producer):
         self._may_turn = press.may_reverse
         self._begin(press.at_s)
 
-    def step(self, sensed: Sensed, now_s: float) -> Said:
+    def step(self, sensed: Sensed, now_s: float) -> Output:
         if not self._may_turn:
-            return Said(None, "ended", UNSEEN)
+            return Output(None, "ended", UNSEEN)
         for piece in sensed.pieces:
             self._turns.piece(piece)
         for turn in filter(None, map(self._turns.estimate, sensed.estimates)):
             if turn.track != self._track:
-                if self._said.state is not State.CHOOSING:
-                    return Said(None, "ended", SIGHT_LOST)  # odometry has restarted
+                if self._followed.state is not State.CHOOSING:
+                    return Output(None, "ended", SIGHT_LOST)  # odometry has restarted
                 self._begin(self._begun_s)
                 self._track = turn.track
             self._seen_s = turn.scan.at_s
-            self._said = self._follower.look(turn.scan, turn.pose)
+            self._followed = self._follower.look(turn.scan, turn.pose)
         late_s = now_s - max(self._seen_s, self._begun_s + _BEGINS_S - _GONE_S)
         if late_s > _GONE_S:
-            return Said(None, "ended", SIGHT_LOST)
-        state = self._said.state
+            return Output(None, "ended", SIGHT_LOST)
+        state = self._followed.state
         if state not in _STATES:
-            return Said(None, "ended", _REASONS[state])
+            return Output(None, "ended", _REASONS[state])
         if late_s > OLD_S:
-            return Said((0, 0), "waits", SIGHT_LOST)
-        if not self._said.fits:
-            return Said((0, 0), "waits", NARROW)
-        return Said(self._stick(self._said.request), _STATES[state], _REASONS[state])
+            return Output((0, 0), "waits", SIGHT_LOST)
+        if not self._followed.fits:
+            return Output((0, 0), "waits", NARROW)
+        return Output(self._stick(self._followed.request), _STATES[state], _REASONS[state])
 
     def _made(self) -> PersonFollower:
         return PersonFollower(footprint=self.setup.footprint, submit=self.setup.thinker.submit)
@@ -84,7 +84,7 @@ class PersonProducer(Producer):
     def _begin(self, at_s: float) -> None:
         self._follower = self._made()
         self._follower.choose(at_s)
-        self._said = Followed(State.CHOOSING, STOP, None)
+        self._followed = Followed(State.CHOOSING, STOP, None)
         self._track = None
         self._begun_s, self._seen_s = at_s, -math.inf
 

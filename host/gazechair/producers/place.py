@@ -12,7 +12,7 @@ from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap, costmap_of
 from gazechair.going.mission import DRIVING, POSE_LOST, Mission
 from gazechair.going.plan import Planner, Pose
-from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
+from gazechair.producers.contract import Output, Press, Producer, Sensed, Setup
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.pose_watch import KNOWN, LOST, PoseWatch
 from gazechair.producers.ride import Ride
@@ -95,34 +95,34 @@ class PlaceProducer(Producer):
         costmap = costmap_of(home.grid, self.setup.footprint, no_go)
         return _Model(stored, costmap, Planner(costmap, may_reverse=True))
 
-    def step(self, sensed: Sensed, now_s: float) -> Said:
+    def step(self, sensed: Sensed, now_s: float) -> Output:
         self._ride.hear(sensed)
         self._track.take(sensed.estimates, sensed.where)
         self._odometry.take(sensed.estimates)
         if not self._sees_behind:  # no turn on the spot is permitted (promise P19)
-            return Said(None, "ended", UNSEEN_BEHIND)
+            return Output(None, "ended", UNSEEN_BEHIND)
         if not self._mission.done():
-            return Said((0, 0), "thinks")
+            return Output((0, 0), "thinks")
         mission = self._mission.result()
         if mission is None:
-            return Said(None, "ended", MAP_GONE)
+            return Output(None, "ended", MAP_GONE)
         pose = self._track.pose(self._map, now_s)
         newest = self._track.newest
         seen_s = None if pose is None else self._track.seen_s
         state = self._watch.judge(seen_s, self._odometry, now_s)
         if state == LOST or self._track.map not in ("", self._map):
-            return Said(None, "ended", POSE_LOST)
+            return Output(None, "ended", POSE_LOST)
         if state == KNOWN and pose is not None and newest is not None:
             at = float(pose[0]), float(pose[1]), float(pose[2])
             self._stepped_s = now_s
-            said = self._ride.step(mission, self._goal, at, newest, now_s)
+            output = self._ride.step(mission, self._goal, at, newest, now_s)
         elif mission.goal is None:
-            return Said((0, 0), "thinks")
+            return Output((0, 0), "thinks")
         else:
-            said = self._ride.stand(mission, now_s)
-        if said.stick is None:
-            return said
-        return replace(said, shown={**said.shown, "way": _way(mission)})
+            output = self._ride.stand(mission, now_s)
+        if output.stick is None:
+            return output
+        return replace(output, shown={**output.shown, "way": _way(mission)})
 
 
 def _way(mission: Mission) -> list[list[float]]:

@@ -84,8 +84,8 @@ class Producers:
 
     def spot(self) -> dict[str, Any] | None:
         """The chosen spot in the picture, see SpotService.spot."""
-        told = [service.spot() for service in self._spots]
-        return next(filter(None, told), None)
+        spots = [service.spot() for service in self._spots]
+        return next(filter(None, spots), None)
 
     def choose(self, tile: str, at: At | None, at_s: float) -> bool:
         """As SpotService.choose; discards spots chosen for other kinds."""

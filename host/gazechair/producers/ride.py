@@ -11,7 +11,7 @@ from gazechair.going.mission import ARRIVED, BLOCKED, DRIVING, LOST, PLANNING, M
 from gazechair.going.plan import Pose
 from gazechair.going.rolled import Located
 from gazechair.going.stuck import apart
-from gazechair.producers.contract import Said, Sensed
+from gazechair.producers.contract import Output, Sensed
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.motion import Motion
@@ -60,33 +60,35 @@ class Ride:
         if sensed.motions:
             self._put_out = _stick(sensed.motions[-1])
 
-    def step(self, mission: Mission, goal: Pose, at: Pose, newest: Estimate, now_s: float) -> Said:
+    def step(
+        self, mission: Mission, goal: Pose, at: Pose, newest: Estimate, now_s: float
+    ) -> Output:
         """`at`: the pose of `newest` in the mission's frame."""
         mission.locate(Located(at, newest.speed_m_s, newest.yaw_rate_deg_s, newest.time_s))
         mission.cap_permille = self._cap_permille
         if mission.goal != goal:
             mission.go(goal)
         self._look(mission, at, newest.time_s)
-        return self._said(mission, mission.step(now_s, self._put_out), now_s)
+        return self._output(mission, mission.step(now_s, self._put_out), now_s)
 
-    def stand(self, mission: Mission, now_s: float) -> Said:
+    def stand(self, mission: Mission, now_s: float) -> Output:
         """A step without a pose: the chair stands, and keeps its path."""
         mission.locate(None)
-        return self._said(mission, mission.step(now_s, self._put_out), now_s)
+        return self._output(mission, mission.step(now_s, self._put_out), now_s)
 
-    def _said(self, mission: Mission, stick: Stick, now_s: float) -> Said:
+    def _output(self, mission: Mission, stick: Stick, now_s: float) -> Output:
         if mission.state == ARRIVED:
-            return Said(None, "arrived")
+            return Output(None, "arrived")
         if self._blocked is not None and apart(self._blocked[1], mission.rolled.pose):
             self._blocked = None
         if mission.state == BLOCKED:
             self._blocked = self._blocked or (now_s, mission.rolled.pose)
             if now_s - self._blocked[0] > _BLOCKED_S:
-                return Said(None, "ended", mission.reason)
+                return Output(None, "ended", mission.reason)
         state = _STATES.get(mission.state, "waits")
         reason = POSE_DOUBTED if mission.state == LOST else mission.reason
         shown = {} if mission.way_to_goal is None else {"left_m": round(mission.left_m, 1)}
-        return Said((stick.linear_permille, stick.turn_permille), state, reason, shown)
+        return Output((stick.linear_permille, stick.turn_permille), state, reason, shown)
 
     def _look(self, mission: Mission, at: Pose, time_s: float) -> None:
         """Give the mission the chair's surroundings, seen from its pose."""

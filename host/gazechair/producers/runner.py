@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from gazechair.base.latest_value import Clock
 from gazechair.picture.newest import Shot
-from gazechair.producers.contract import Ask, Press, Producer, Said, Sensed, SpotProducer
+from gazechair.producers.contract import Ask, Output, Press, Producer, Sensed, SpotProducer
 from gazechair.producers.exchange import WORD_OLD_S, pack
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry.child import Lidars
@@ -30,7 +30,7 @@ _BORN_S = 0.05  # a value is born at the end of its step, at most this long afte
 _HANGS_S = 20.0  # a longer step counts as hanging
 _OLD_S = 0.5  # older data in the inbox is useless
 _KEPT_S = 4.0  # before a press: longer than following a person looks back
-_IDLE = Said(None)
+_IDLE = Output(None)
 _STANDS = (0, 0)
 
 
@@ -60,20 +60,20 @@ class Runner:
         self._clock = clock
         self._picture = picture
         self._ask: Ask | None = None
-        self._asked = 0  # the ask that the kind knows
+        self._known_ask = 0  # the ask that the kind knows
         self._answered = 0  # the ask that it has ended with this answer
         self._answer = _IDLE
         self._press: Press | None = None
         self._begun = 0  # the press that the kind knows
         self._over = 0  # the press that the kind has ended
-        self._step: Future[Said] | None = None
+        self._step: Future[Output] | None = None
         self._step_of, self._step_s = 0, 0.0
         self._value_s = float("-inf")  # the birth of the newest value of this press
         self._shown = _IDLE
-        self._heard: deque[tuple[float, Piece | Estimate | Motion]] = deque()
+        self._received: deque[tuple[float, Piece | Estimate | Motion]] = deque()
         self._where: Whereabouts | None = None
         self._cap_permille = 1000
-        self._word_s = self._said_s = float("-inf")
+        self._word_s = self._sent_s = float("-inf")
 
     def word(self, word: Mapping[str, Any]) -> None:
         """Process a message from the daemon; see exchange."""
@@ -89,21 +89,23 @@ class Runner:
         if number:
             self._cap_permille = int(word["cap_permille"])
 
-    def heard(self, said: HalfTurn | Motion | Estimate | Whereabouts | None, now_s: float) -> None:
+    def received(
+        self, data: HalfTurn | Motion | Estimate | Whereabouts | None, now_s: float
+    ) -> None:
         """Process data from the inbox."""
-        if isinstance(said, HalfTurn):
-            piece = self._lidars.piece(said) if said.last_s > now_s - _OLD_S else None
+        if isinstance(data, HalfTurn):
+            piece = self._lidars.piece(data) if data.last_s > now_s - _OLD_S else None
             if piece is not None:
                 self._keep(piece, now_s)
-        elif isinstance(said, (Estimate, Motion)):
-            self._keep(said, now_s)
-        elif isinstance(said, Whereabouts):
-            self._where = said
+        elif isinstance(data, (Estimate, Motion)):
+            self._keep(data, now_s)
+        elif isinstance(data, Whereabouts):
+            self._where = data
 
-    def _keep(self, said: Piece | Estimate | Motion, now_s: float) -> None:
-        self._heard.append((now_s, said))
-        while self._heard[0][0] < now_s - _KEPT_S:
-            self._heard.popleft()
+    def _keep(self, item: Piece | Estimate | Motion, now_s: float) -> None:
+        self._received.append((now_s, item))
+        while self._received[0][0] < now_s - _KEPT_S:
+            self._received.popleft()
 
     def tick(self, now_s: float) -> None:
         """Send what is due now. Raises what the kind raises, RuntimeError when it hangs."""
@@ -125,34 +127,34 @@ class Runner:
                 return
         now_s = self._clock()
         if press is not None and press.number == self._over:
-            self._say(now_s, press.number, self._shown)  # repeat: only the newest record is read
+            self._send(now_s, press.number, self._shown)  # repeat: only the newest record is read
         elif press is not None:
             known = self._shown if self._begun == press.number else _IDLE
-            self._say(now_s, press.number, Said(_STANDS, "thinks", known.reason, known.shown))
-        elif now_s >= self._said_s + PULSE_S:  # alive, though nobody presses
+            self._send(now_s, press.number, Output(_STANDS, "thinks", known.reason, known.shown))
+        elif now_s >= self._sent_s + PULSE_S:  # alive, though nobody presses
             over = ask is not None and ask.number == self._answered
-            self._say(now_s, 0, self._answer if over else _IDLE, self._answered if over else 0)
+            self._send(now_s, 0, self._answer if over else _IDLE, self._answered if over else 0)
 
     def _sensed(self) -> Sensed:
         sensed = Sensed(where=self._where, picture=self._picture(), cap_permille=self._cap_permille)
         self._where = None
-        for _, one in self._heard:
+        for _, one in self._received:
             if isinstance(one, Piece):
                 sensed.pieces.append(one)
             elif isinstance(one, Estimate):
                 sensed.estimates.append(one)
             else:
                 sensed.motions.append(one)
-        self._heard.clear()
+        self._received.clear()
         return sensed
 
     def _begin_waiting(self, ask: Ask, now_s: float) -> None:
         kind, sensed = self._producer, self._sensed()
         if not isinstance(kind, SpotProducer):
             raise TypeError("a spot was chosen for a kind that has none")
-        anew, self._asked = ask.number != self._asked, ask.number
+        anew, self._known_ask = ask.number != self._known_ask, ask.number
 
-        def work() -> Said:
+        def work() -> Output:
             if anew:
                 kind.ask(ask)
             return kind.wait(sensed, now_s)
@@ -166,7 +168,7 @@ class Runner:
         if anew:
             self._shown, self._value_s = _IDLE, float("-inf")
 
-        def work() -> Said:
+        def work() -> Output:
             if anew:
                 self._producer.press(press)
             return self._producer.step(sensed, now_s)
@@ -176,21 +178,21 @@ class Runner:
 
     def _finish(self, press: Press | None) -> None:
         assert self._step is not None
-        said, self._step = self._step.result(), None
+        output, self._step = self._step.result(), None
         born_s = min(self._clock(), self._step_s + _BORN_S)
         if self._step_of == 0:
-            if said.state == "ended":
-                self._answered, self._answer = self._asked, said
+            if output.state == "ended":
+                self._answered, self._answer = self._known_ask, output
             if press is None:
-                self._say(born_s, 0, said, self._asked)
+                self._send(born_s, 0, output, self._known_ask)
             return
         if press is None or press.number != self._step_of:
             return  # it belongs to a press that is over
-        self._shown, self._value_s = said, born_s
-        if said.stick is None:
+        self._shown, self._value_s = output, born_s
+        if output.stick is None:
             self._over = press.number
-        self._say(born_s, press.number, said)
+        self._send(born_s, press.number, output)
 
-    def _say(self, born_s: float, press: int, said: Said, ask: int = 0) -> None:
-        self._said_s = born_s
-        self._out.data(pack(born_s, press, said, ask))
+    def _send(self, born_s: float, press: int, output: Output, ask: int = 0) -> None:
+        self._sent_s = born_s
+        self._out.data(pack(born_s, press, output, ask))

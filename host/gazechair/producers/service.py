@@ -63,7 +63,7 @@ class _Ride:
     judge: producer.ModeProducer
     begun_s: float
     record: exchange.Record | None = None
-    said_s: float = 0.0
+    received_s: float = 0.0
     ended_s: float | None = None
     reason: str = ""
     removed: bool = False
@@ -246,7 +246,13 @@ class ProducerService(InboxService):
 
         judge = producer.ModeProducer(self._port, context.mode, self._clock, True, within)
         self._ride = _Ride(
-            context.mode, context.press, target, judge, now_s, said_s=now_s, settings=settings or {}
+            context.mode,
+            context.press,
+            target,
+            judge,
+            now_s,
+            received_s=now_s,
+            settings=settings or {},
         )
         self._word_s = float("-inf")
         if settings is None:  # unknown since the last look: nothing can be planned
@@ -259,7 +265,9 @@ class ProducerService(InboxService):
         if ride.record is not None and ride.record.state in ("arrived", "ended"):
             return
         override = self._override()
-        if not self._lives or (override not in _BOARD_REASONS and now_s - ride.said_s > _LATE_S):
+        if not self._lives or (
+            override not in _BOARD_REASONS and now_s - ride.received_s > _LATE_S
+        ):
             ride.reason = FAILED
         elif ride.removed:
             ride.reason = CHANGED
@@ -304,7 +312,7 @@ class ProducerService(InboxService):
             if ride is not None and ride.ended_s is None:
                 value = ride.judge.take(record.value, record.state == "arrived")
                 if value.press == ride.number:
-                    ride.record, ride.said_s = record, self._clock()
+                    ride.record, ride.received_s = record, self._clock()
         self.health.set(states.OK)
 
     def _take_answer(self, record: exchange.Record) -> None:

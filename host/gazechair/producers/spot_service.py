@@ -58,13 +58,13 @@ class SpotService(ProducerService):
             if self._ask is None:
                 return None
             answer = self._answer
-            told = {} if answer is None else dict(answer.shown)
+            shown = {} if answer is None else dict(answer.shown)
             return {
-                **told,
+                **shown,
                 "kind": self.kind,
                 "tile": self._tile,
                 "mode": self._mode if self._mode in self._offered else "",
-                "at": told.get("at", list(self._ask["at"])),
+                "at": shown.get("at", list(self._ask["at"])),
                 "state": "thinks" if answer is None else answer.state,
                 "reason": "" if answer is None else answer.reason,
             }

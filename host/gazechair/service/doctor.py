@@ -144,12 +144,14 @@ def _devices(config: Config) -> Iterator[Finding]:
 
 def _plugins(config: Config) -> Iterator[Finding]:
     for plugin in config.plugins:
-        told = examine_plugin(plugin)
+        description = examine_plugin(plugin)
         what = f"{plugin.kind} {plugin.name}"
-        if told.wrong:
-            yield Finding(FAIL, what, told.wrong, "gazechair plugin list shows what is installed")
+        if description.wrong:
+            yield Finding(
+                FAIL, what, description.wrong, "gazechair plugin list shows what is installed"
+            )
         else:
-            yield Finding(OK, what, told.about)
+            yield Finding(OK, what, description.about)
 
 
 def _state(config: Config) -> Iterator[Finding]:

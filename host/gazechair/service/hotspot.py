@@ -163,8 +163,8 @@ def _nmcli(*words: str) -> None:
     except subprocess.TimeoutExpired:
         raise HotspotError(f"nmcli {words[0]} did not answer within {_LIMIT_S:.0f} s") from None
     if done.returncode:
-        said = (done.stderr or done.stdout).strip().splitlines()
-        raise HotspotError(said[0] if said else f"nmcli {words[0]} failed ({done.returncode})")
+        lines = (done.stderr or done.stdout).strip().splitlines()
+        raise HotspotError(lines[0] if lines else f"nmcli {words[0]} failed ({done.returncode})")
 
 
 def _print(line: str) -> int:

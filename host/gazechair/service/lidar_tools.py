@@ -55,7 +55,7 @@ def mask(config: Config, seconds: float, say: Say) -> bool:
             say(f"{lidar.name}: {error}")
             good = False
         else:
-            for line in _told(lidar, learned, len(scans)):
+            for line in _lines(lidar, learned, len(scans)):
                 say(line)
     return good
 
@@ -92,7 +92,7 @@ def _collect(lidar: LidarConfig, seconds: float) -> list[Scan]:
     return scans
 
 
-def _told(lidar: LidarConfig, learned: Learned, turns: int) -> Iterator[str]:
+def _lines(lidar: LidarConfig, learned: Learned, turns: int) -> Iterator[str]:
     yield f"{lidar.name}: {turns} turns seen"
     for arcs, what in ((learned.chair, "the chair itself"), (learned.nothing, "never anything")):
         for start, end in arcs:
@@ -137,7 +137,7 @@ def record(config: Config, name: str | None, path: Path, seconds: float | None, 
 
 
 def _record(device: S2, mode: str, writer: ScanWriter, seconds: float | None) -> None:
-    heard_s = start_s = time.monotonic()
+    received_s = start_s = time.monotonic()
     source = codes.SIMULATED if device.simulated else codes.REAL
     stream = ByteStream(mode, source, lambda nodes, at_s, _: writer.add(at_s - start_s, nodes))
     intake = Intake(device)
@@ -146,8 +146,8 @@ def _record(device: S2, mode: str, writer: ScanWriter, seconds: float | None) ->
         stream.feed(*intake.gathered(stream))
         now_s = time.monotonic()
         if stream.last_s != last_s:
-            heard_s = now_s
-        elif now_s - heard_s > _SILENT_S:
+            received_s = now_s
+        elif now_s - received_s > _SILENT_S:
             raise LidarCommandError("the lidar fell silent; what came before is recorded")
 
 

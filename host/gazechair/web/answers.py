@@ -51,8 +51,8 @@ def _bad_request(detail: str) -> HttpRefused:
 
 def file_of(kind: str) -> bytes:
     """The request's body of this type, which another site's form cannot send. HttpRefused."""
-    told = request.environ.get("CONTENT_TYPE", "").partition(";")[0]
-    if told.strip(" \t").lower() != kind:
+    sent = request.environ.get("CONTENT_TYPE", "").partition(";")[0]
+    if sent.strip(" \t").lower() != kind:
         raise _bad_request(f"send Content-Type: {kind}")
     return request.get_data()
 

@@ -100,10 +100,10 @@ class ControlHub:
             leaving = [
                 c
                 for c in same_role
-                if c.device.id == device.id and now_s - c.heard_s > _FALLEN_SILENT_S
+                if c.device.id == device.id and now_s - c.received_s > _FALLEN_SILENT_S
             ]
             connected = [
-                ConnectedPage(c, c.device.id, c.heard_s, c.drives)
+                ConnectedPage(c, c.device.id, c.received_s, c.drives)
                 for c in same_role
                 if c not in leaving
             ]

@@ -145,8 +145,8 @@ class Guard:
         Raises Crowded when too many requests are waiting."""
 
         def start(status: str, headers: list[tuple[str, str]], *more: Any) -> Any:
-            told = {name.lower() for name, _ in headers}
-            strict = [pair for pair in HEADERS.items() if pair[0].lower() not in told]
+            sent = {name.lower() for name, _ in headers}
+            strict = [pair for pair in HEADERS.items() if pair[0].lower() not in sent]
             return start_response(status, headers + strict, *more)
 
         path = str(environ.get("PATH_INFO", ""))

@@ -130,13 +130,13 @@ class Exchange:
         return bytes(data[:length])
 
     def _answer(self, environ: dict[str, Any], head: Head) -> None:
-        told: list[Any] = ["500 Internal Server Error", []]
+        response: list[Any] = ["500 Internal Server Error", []]
 
         def start(status: str, headers: list[tuple[str, str]], *_: Any) -> None:
-            told[:] = [status, headers]
+            response[:] = [status, headers]
 
         content = b"".join(self._server.app(environ, start))
-        status, headers = told
+        status, headers = response
         lines = [f"{name}: {value}" for name, value in headers]
         text = "\r\n".join([f"HTTP/1.1 {status}", *lines, "Connection: close", "", ""])
         quiet = head.method == "HEAD" or status[:3] in ("204", "304")

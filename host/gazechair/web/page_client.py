@@ -66,7 +66,7 @@ class PageClient:
         self._insecure = insecure
         self.device = device
         self.id = port.connect(device.role)
-        self.heard_s = time.monotonic()
+        self.received_s = time.monotonic()
         """When the page last sent anything."""
         self._rate = RateLimit(MESSAGES_PER_S, MESSAGES_PER_S)
         self._wake = threading.Condition()
@@ -87,9 +87,9 @@ class PageClient:
             if self._dismissed is not None:
                 return self._dismissed
             if raw is not None:
-                self.heard_s = now_s
+                self.received_s = now_s
                 self._handle(raw, now_s)
-            elif now_s - self.heard_s > _SILENT_S:
+            elif now_s - self.received_s > _SILENT_S:
                 return Ending(CLOSE_GOING_AWAY, "no heartbeat")
 
     @property
@@ -191,10 +191,10 @@ class PageClient:
         except OSError:
             self._ws.hang_up()  # the receiving side ends the client
 
-    def _welcome(self, told: Message) -> Message:
+    def _welcome(self, last: Message) -> Message:
         # Send the page's welcome when it differs from the last one sent; return it.
         welcome = self._port.welcome(self.id)
-        if welcome != told:
+        if welcome != last:
             self._send({**welcome, "name": self.device.name, "insecure": self._insecure})
         return welcome
 

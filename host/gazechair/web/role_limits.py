@@ -24,7 +24,7 @@ class ConnectedPage(Generic[Page]):
 
     page: Page
     device_id: str
-    heard_s: float
+    received_s: float
     """When it last sent anything: the most silent closes first."""
     drives: bool = False
 
@@ -47,4 +47,4 @@ def makes_way(connected: Sequence[ConnectedPage[Page]], most: int, device_id: st
 
 
 def _first_to_go(connected: Sequence[ConnectedPage[Page]]) -> ConnectedPage[Page]:
-    return min(connected, key=lambda one: (one.drives, one.heard_s))
+    return min(connected, key=lambda one: (one.drives, one.received_s))

@@ -210,8 +210,8 @@ class _Counting:
             if isinstance(event, Ping) and not self._pongs.allow(self._line.clock()):
                 continue
             if isinstance(event, CloseConnection):
-                asked = self._engine.state is ConnectionState.REMOTE_CLOSING
-                self.why = "its page closed it" if asked else str(event.reason)
+                by_page = self._engine.state is ConnectionState.REMOTE_CLOSING
+                self.why = "its page closed it" if by_page else str(event.reason)
             yield event
 
 

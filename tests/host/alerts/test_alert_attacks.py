@@ -313,22 +313,22 @@ def test_the_process_bounds_its_memory(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_route_that_hangs_leaves_the_others_room_and_is_ended_by_a_new_process() -> None:
     gate = threading.Event()
-    told: list[dict[str, Any]] = []
+    reported: list[dict[str, Any]] = []
 
     def send(url: str, *_: str) -> str:
         if url == "hangs":
             gate.wait(PATIENCE_S)
         return ""
 
-    attempts = Attempts(told.append, send)
+    attempts = Attempts(reported.append, send)
     for number in range(30):
         job = {"number": number, "route": "sms", "url": "hangs", "title": "", "body": ""}
         attempts.begin(job, 0.0)
-    assert len(told) == 30 - MOST_ON_ROUTE
-    told.clear()
+    assert len(reported) == 30 - MOST_ON_ROUTE
+    reported.clear()
     attempts.begin({"number": 99, "route": "zus", "url": "x", "title": "", "body": ""}, 0.0)
-    wait_until(lambda: told)
-    assert told == [{"number": 99, "route": "zus", "problem": ""}]
+    wait_until(lambda: reported)
+    assert reported == [{"number": 99, "route": "zus", "problem": ""}]
     assert not attempts.worn
     attempts.look(100.0)
     assert attempts.worn
@@ -354,5 +354,5 @@ def test_an_alert_with_an_endless_detail_is_sent() -> None:
     from gazechair.alerts.book import Alert
     from gazechair.alerts.message import message_of
 
-    said = message_of(Alert(1, "alert_part", 0.0, detail="x" * 200_000), "Kees", "nl")
-    assert len(json.dumps(said.body)) < 2000
+    message = message_of(Alert(1, "alert_part", 0.0, detail="x" * 200_000), "Kees", "nl")
+    assert len(json.dumps(message.body)) < 2000

@@ -40,7 +40,7 @@ class Listener:
     """Stands for Home Assistant: receives every message."""
 
     def __init__(self, port: int) -> None:
-        self.heard: queue.Queue[tuple[str, str]] = queue.Queue()
+        self.received: queue.Queue[tuple[str, str]] = queue.Queue()
         self.retained: dict[str, str] = {}
         self._client = paho.Client(paho.CallbackAPIVersion.VERSION2)
         self._client.username_pw_set("chair", "hush-hush")
@@ -51,7 +51,7 @@ class Listener:
 
     def _on_message(self, _client: Any, _data: Any, message: Any) -> None:
         self.retained[message.topic] = message.payload.decode()
-        self.heard.put((message.topic, message.payload.decode()))
+        self.received.put((message.topic, message.payload.decode()))
 
     def wait(self, topic: str, payload: str) -> None:
         wait_until(lambda: self.retained.get(topic) == payload)
@@ -129,17 +129,17 @@ def test_two_chairs_whose_computers_have_the_same_name_speak_for_themselves(
         machine.write_text(f"{machine.name}\n")
     nodes = [mqtt.node("rolstoel-één", machine) for machine in machines]
     brokers = [Broker() for _ in nodes]
-    heard: list[str] = []
+    received: list[str] = []
     try:
         for state in (QUIET, CALL, QUIET):  # the first one calls meanwhile
             for node, broker in zip(nodes, brokers, strict=True):
-                said = CALL if broker is brokers[0] else state
-                broker.tell(f"mqtt://chair:hush-hush@127.0.0.1:{port}", node, said, 0.0)
+                message = CALL if broker is brokers[0] else state
+                broker.tell(f"mqtt://chair:hush-hush@127.0.0.1:{port}", node, message, 0.0)
                 wait_until(lambda one=broker: one._connected)
                 broker.tick(0.0)
-                listener.wait(f"gazechair/{node}/state", json.dumps(said))
-                heard += [one.problem for one in brokers if one._client is not None]
-        assert {*heard} == {""}
+                listener.wait(f"gazechair/{node}/state", json.dumps(message))
+                received += [one.problem for one in brokers if one._client is not None]
+        assert {*received} == {""}
         assert listener.retained[f"gazechair/{nodes[0]}/state"] == json.dumps(CALL)
         entities = [*discovery(nodes[0], True), *discovery(nodes[1], True)]
         assert len({*entities}) == 8
@@ -295,16 +295,16 @@ class Paper:
     """A client that only records."""
 
     def __init__(self) -> None:
-        self.said: list[tuple[str, str]] = []
+        self.message: list[tuple[str, str]] = []
 
     def publish(self, topic: str, payload: str, qos: int = 0, retain: bool = False) -> None:
         assert qos == 1
         assert retain == (not topic.endswith("/state"))
-        self.said.append((topic.rpartition("/")[2], payload))
+        self.message.append((topic.rpartition("/")[2], payload))
 
     def take(self) -> list[tuple[str, str]]:
-        said, self.said = self.said, []
-        return [(topic, payload) for topic, payload in said if topic != "config"]
+        message, self.message = self.message, []
+        return [(topic, payload) for topic, payload in message if topic != "config"]
 
 
 def test_a_heartbeat_each_half_minute_while_the_host_lives() -> None:
@@ -312,7 +312,7 @@ def test_a_heartbeat_each_half_minute_while_the_host_lives() -> None:
     broker._client = paper
     broker.tell("", "", QUIET, 100.0)
     broker.tick(100.0)
-    assert paper.said == []
+    assert paper.message == []
     broker._connected = True
     broker.tick(100.0)
     online, state = ("availability", "online"), ("state", json.dumps(QUIET))

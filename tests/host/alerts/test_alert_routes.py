@@ -31,14 +31,14 @@ class Target:
     """A server that takes Apprise's json:// messages, or refuses them."""
 
     def __init__(self) -> None:
-        self.heard: list[tuple[str, dict[str, Any]]] = []
+        self.received: list[tuple[str, dict[str, Any]]] = []
         self.status = 200
         target = self
 
         class Handler(BaseHTTPRequestHandler):
             def do_POST(self) -> None:
                 body = self.rfile.read(int(self.headers["Content-Length"]))
-                target.heard.append((self.path, json.loads(body)))
+                target.received.append((self.path, json.loads(body)))
                 self.send_response(target.status)
                 self.end_headers()
 
@@ -63,7 +63,7 @@ def target() -> Iterator[Target]:
 
 def test_a_message_arrives(target: Target) -> None:
     assert apprise_route.send(target.url(), "gazechair: hulp", "Ik zit vast") == ""
-    ((path, message),) = target.heard
+    ((path, message),) = target.received
     assert path == "/hush-hush"
     assert (message["title"], message["message"]) == ("gazechair: hulp", "Ik zit vast")
 
@@ -78,8 +78,8 @@ def test_a_refusal_has_its_reason_and_no_secret(
         port = free.getsockname()[1]
     gone = apprise_route.send(f"json://person:password@127.0.0.1:{port}/hush-hush", "a", "b")
     assert gone
-    said = "".join([problem, gone, *capfd.readouterr()])
-    assert not [secret for secret in ("person", "password", "hush") if secret in said]
+    message = "".join([problem, gone, *capfd.readouterr()])
+    assert not [secret for secret in ("person", "password", "hush") if secret in message]
 
 
 def test_what_is_no_address_or_raises_is_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,7 +103,7 @@ def test_without_the_package_one_line_says_what_to_install(monkeypatch: pytest.M
 
 def test_two_routes_are_used_at_the_same_time_and_one_that_hangs_has_its_time() -> None:
     gate = threading.Event()
-    told: list[dict[str, Any]] = []
+    reported: list[dict[str, Any]] = []
     both = threading.Barrier(3, timeout=PATIENCE_S)
 
     def send(url: str, title: str, body: str) -> str:
@@ -112,36 +112,40 @@ def test_two_routes_are_used_at_the_same_time_and_one_that_hangs_has_its_time() 
             gate.wait(PATIENCE_S)
         return "refused" if url == "refuses" else ""
 
-    attempts = Attempts(told.append, send)
+    attempts = Attempts(reported.append, send)
     for number, url in enumerate(("works", "refuses", "hangs"), 1):
         job = {"number": number, "route": url, "url": url, "title": "", "body": ""}
         attempts.begin(job, 100.0)
-    wait_until(lambda: len(told) == 2)
+    wait_until(lambda: len(reported) == 2)
     attempts.look(100.0 + LIMIT_S)
-    assert {one["route"]: one["problem"] for one in told} == {"works": "", "refuses": "refused"}
+    assert {one["route"]: one["problem"] for one in reported} == {"works": "", "refuses": "refused"}
     attempts.look(100.1 + LIMIT_S)
-    assert told[2] == {"number": 3, "route": "hangs", "problem": f"no answer within {LIMIT_S:g} s"}
+    assert reported[2] == {
+        "number": 3,
+        "route": "hangs",
+        "problem": f"no answer within {LIMIT_S:g} s",
+    }
     assert attempts.stuck == 1
     gate.set()
     wait_until(lambda: attempts.stuck == 0)
-    assert len(told) == 3
+    assert len(reported) == 3
 
 
 def test_so_many_at_once_and_no_more() -> None:
     gate = threading.Event()
-    told: list[dict[str, Any]] = []
+    reported: list[dict[str, Any]] = []
 
     def send(*_: str) -> str:
         gate.wait(PATIENCE_S)
         return ""
 
-    attempts = Attempts(told.append, send)
+    attempts = Attempts(reported.append, send)
     for number in range(MOST_AT_ONCE + 1):
         job = {"number": number, "route": f"x{number}", "url": "x", "title": "", "body": ""}
         attempts.begin(job, 0.0)
-    assert [one["number"] for one in told] == [MOST_AT_ONCE]
+    assert [one["number"] for one in reported] == [MOST_AT_ONCE]
     gate.set()
-    wait_until(lambda: len(told) == MOST_AT_ONCE + 1)
+    wait_until(lambda: len(reported) == MOST_AT_ONCE + 1)
 
 
 def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) -> None:
@@ -174,9 +178,9 @@ def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) ->
 @pytest.mark.parametrize("language", languages())
 @pytest.mark.parametrize("key", sorted(REASONS))
 def test_every_alert_has_words(language: str, key: str) -> None:
-    said = message_of(Alert(1, key, 0.0, "Ik zit vast in het park", "lidar"), "Kees", language)
-    assert said.title.startswith("gazechair: ")
-    assert said.body.startswith("Kees: Ik zit vast in het park\nlidar\n")
+    message = message_of(Alert(1, key, 0.0, "Ik zit vast in het park", "lidar"), "Kees", language)
+    assert message.title.startswith("gazechair: ")
+    assert message.body.startswith("Kees: Ik zit vast in het park\nlidar\n")
     assert (
         message_of(Alert(1, key, 0.0), "Kees", language).body.splitlines()[-1].startswith("Kees, ")
     )

@@ -102,8 +102,8 @@ def test_help_goes_out_within_a_look_with_the_drivers_sentence_and_escalates(rig
     before = rig.shown()["alerts"]
     rig.help()
     rig.wait(130)
-    said = "Kees: Ik zit vast in het park"
-    assert rig.sent == [(0.0, "zus", said), (120.0, "sms", said)]
+    message = "Kees: Ik zit vast in het park"
+    assert rig.sent == [(0.0, "zus", message), (120.0, "sms", message)]
     assert rig.shown()["alerts"] != before
     assert rig.row()["sentence"] == "Ik zit vast in het park"
 
@@ -212,7 +212,7 @@ def test_only_another_lost_part_than_before_a_restart_calls_again(rig: Rig, tmp_
     assert again.sent == []
     again.parts.part("map").set(LOST, "map_lost")
     again.wait(301)
-    assert [said for _, _, said in again.sent] == ["log: log_lost; map: map_lost"]
+    assert [message for _, _, message in again.sent] == ["log: log_lost; map: map_lost"]
 
 
 def test_a_test_is_sent_everywhere_and_its_failures_are_shown(rig: Rig) -> None:
@@ -289,23 +289,23 @@ def test_the_broker_is_told_what_changes_and_again_each_few_seconds(
         config, tmp_path / "other", rig.parts, lambda: rig.now_s, lambda: 1e9, lambda: next(charges)
     )
     alerts.watch(rig.control)
-    told: list[tuple[float, dict[str, str]]] = []
+    reported: list[tuple[float, dict[str, str]]] = []
     assert alerts._sender is not None
     alerts._sender.tell_broker = (  # type: ignore[method-assign]
-        lambda url, node, state: told.append((round(rig.now_s - 10.0, 1), state))
+        lambda url, node, state: reported.append((round(rig.now_s - 10.0, 1), state))
     )
     rig.alerts = alerts
     rig.wait(1)
     rig.help()
     rig.wait(8)
-    assert [at_s for at_s, _ in told] == [0.0, 1.0, 6.0]
-    assert told[0][1] == {"help": "OFF", "state": "ok", "last_alert": ""}
-    assert told[1][1] == {
+    assert [at_s for at_s, _ in reported] == [0.0, 1.0, 6.0]
+    assert reported[0][1] == {"help": "OFF", "state": "ok", "last_alert": ""}
+    assert reported[1][1] == {
         "help": "ON",
         "state": "help",
         "last_alert": "De bestuurder vraagt hulp",
     }
-    assert told[2][1] == told[1][1] | {"battery": "61"}, "read again when it is told again"
+    assert reported[2][1] == reported[1][1] | {"battery": "61"}, "read again when it is told again"
 
 
 def test_a_driver_whose_every_press_is_overruled_is_stuck_until_the_chair_moves(rig: Rig) -> None:

@@ -119,18 +119,18 @@ def test_a_turn_that_the_board_did_not_let_begin_says_where_he_points(side):
 
 def test_before_what_may_be_a_person_it_asks_for_nothing_and_goes_on_when_it_may():
     assist = before_a_door(0.0)
-    asked = []
+    requested = []
     for k in range(45):
         now_s = 1.1 + 0.05 * k
         forward_mm = 1200 if k % 2 or k > 30 else 0  # seen at a shallow angle, it fluctuates
         assist.permits.clearance = Clearance(0, codes.REAL, now_s, forward_mm=forward_mm)
         assist.motion(Motion(now_s, 0.0, 0, 0))
         assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
-        asked.append(assist.advise(1, now_s))
-    assert all(one.linear_permille == one.turn_permille == 0 for one in asked[:35])
-    assert all(one.waits for one in asked[:35])
-    assert asked[-1] == STRAIGHT_ON
-    assert not asked[-1].waits
+        requested.append(assist.advise(1, now_s))
+    assert all(one.linear_permille == one.turn_permille == 0 for one in requested[:35])
+    assert all(one.waits for one in requested[:35])
+    assert requested[-1] == STRAIGHT_ON
+    assert not requested[-1].waits
 
 
 def test_in_a_door_with_the_frame_beside_a_corner_it_goes_on_and_does_not_turn():
@@ -252,13 +252,13 @@ def test_before_what_may_be_a_person_the_way_that_led_there_is_not_preferred(for
     assist = before_a_door(0.25)
     assist.advise(1, 1.09)
     assert assist._press.way is not None
-    asked = []
-    assist._ways.choose = lambda points, pointed_rad, before, *more: asked.append(before)
+    requested = []
+    assist._ways.choose = lambda points, pointed_rad, before, *more: requested.append(before)
     free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
     assist.permits.clearance = Clearance(0, codes.REAL, 1.1, forward_mm=forward_mm, **free)
     assist._press.spot = None
     assist.advise(1, 1.1)
-    assert [one is not None for one in asked] == [kept]
+    assert [one is not None for one in requested] == [kept]
 
 
 @pytest.mark.parametrize(("shut_s", "begins"), [(1.0, False), (0.5, True)])
@@ -305,7 +305,7 @@ def turning(assist, deg_s, until_s):
     """Held for that long: what assist asks for, in steps of 0.05 s, from 1.1 s on."""
     assist.advise(1, 1.09)
     assist._press.spot = _Spot(70.0, 1.1)
-    asked = []
+    requested = []
     for k in range(round((until_s - 1.1) / 0.05)):
         now_s = 1.1 + 0.05 * k
         deg = deg_s * 0.05 * k
@@ -313,15 +313,15 @@ def turning(assist, deg_s, until_s):
         free = {"forward_mm": 1200, "left_q4_deg": 4000, "right_q4_deg": 4000}
         assist.permits.clearance = Clearance(0, codes.REAL, now_s, **free)
         assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
-        asked.append(assist.advise(1, now_s))
-    return asked
+        requested.append(assist.advise(1, now_s))
+    return requested
 
 
 def test_a_turn_on_the_spot_of_a_chair_that_cannot_turn_is_given_up():
     assist = before_a_door(0.0)
-    asked = turning(assist, 0.0, 9.0)
-    assert asked[90].turn_permille == 600
-    assert all(one == STRAIGHT_ON for one in asked[102:])
+    requested = turning(assist, 0.0, 9.0)
+    assert requested[90].turn_permille == 600
+    assert all(one == STRAIGHT_ON for one in requested[102:])
     assert assist._press.leg is None
 
 

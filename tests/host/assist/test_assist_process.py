@@ -222,9 +222,9 @@ def test_a_record_of_nonsense_is_an_error_of_the_child(chair: Chair, record: byt
 
 def test_that_it_waits_for_what_may_be_a_person_reaches_the_page(chair: Chair) -> None:
     stopped = Clearance(0, codes.SIMULATED, 10.0, forward_mm=0)
-    said = advisor(press=9, clearance=stopped).say(10.0)
-    assert said == [True, 9, 0, 0, False, True, 10.0]
+    results = advisor(press=9, clearance=stopped).say(10.0)
+    assert results == [True, 9, 0, 0, False, True, 10.0]
     now_s = time.monotonic()
-    chair.service._on_data(json.dumps([*said[:-1], now_s]).encode())
+    chair.service._on_data(json.dumps([*results[:-1], now_s]).encode())
     chair.service.steer(vooruit(9), now_s)
     assert chair.service.shown(now_s) == [True, False, True]

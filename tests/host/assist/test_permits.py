@@ -34,7 +34,7 @@ def permits(outputs=(), **clearance):
     return made
 
 
-def told_deg():
+def reported_deg():
     return float(zone_of().of(codes.DIR_LEFT).permits_at[CREEP])
 
 
@@ -50,9 +50,9 @@ def test_the_speed_it_reckons_is_the_boards(direction):
         codes.DIR_RIGHT: ours._right,
     }[direction]
     sign = -1 if direction == codes.DIR_RIGHT else 1
-    asked = [0] * 10 + [600] * 60 + [200] * 60 + [0] * 60 + [350] * 20 + [0] * 200
+    requested = [0] * 10 + [600] * 60 + [200] * 60 + [0] * 60 + [350] * 20 + [0] * 200
     off = []
-    for k, permille in enumerate(asked):
+    for k, permille in enumerate(requested):
         for _ in range(2):
             bound = board.update(stopping, permille) / unit
         turn = 0 if direction == codes.DIR_FORWARD else sign * permille
@@ -70,23 +70,23 @@ def test_it_knows_how_long_the_chair_may_still_roll():
 
 def test_a_small_turn_needs_as_much_room_as_the_board_lets_any_begin_with():
     q4 = {"right_q4_deg": 16000}
-    assert not permits(left_q4_deg=int(16 * (told_deg() - 1.0)), **q4).on_the_spot(95)
-    assert permits(left_q4_deg=int(16 * (told_deg() + 3.0)), **q4).on_the_spot(95)
+    assert not permits(left_q4_deg=int(16 * (reported_deg() - 1.0)), **q4).on_the_spot(95)
+    assert permits(left_q4_deg=int(16 * (reported_deg() + 3.0)), **q4).on_the_spot(95)
     assert permits(left_q4_deg=0, **q4).on_the_spot(-95)
 
 
 def test_a_side_that_was_shut_opens_after_a_while_of_more_room():
     made = permits(left_q4_deg=100)
     assert not made.may_turn(1)
-    enough = int(16 * (told_deg() + 5.0))
-    said = []
+    enough = int(16 * (reported_deg() + 5.0))
+    results = []
     for k in range(10):
         made.clearance = Clearance(
             0, codes.REAL, 2.0 + 0.1 * k, left_q4_deg=enough, right_q4_deg=16000, arcs=FAR
         )
-        said.append((made.may_turn(1), made.on_the_spot(95), made.both(600, 95)))
-    assert said[:3] == [(False, False, False)] * 3
-    assert said[4:] == [(True, True, True)] * 6
+        results.append((made.may_turn(1), made.on_the_spot(95), made.both(600, 95)))
+    assert results[:3] == [(False, False, False)] * 3
+    assert results[4:] == [(True, True, True)] * 6
     assert made.may_turn(-1)
 
 
@@ -111,7 +111,7 @@ def test_a_person_who_appears_ahead_finds_it_so_slow_that_the_board_goes_on():
     for way_m, permille in zip(ways, slow, strict=True):
         speed = float(one.speeds[FULL]) * permille / 1000.0
         stop_m = float(np.interp(speed, one.speeds, one.stops)) + 0.1 * speed
-        assert stop_m < approach.told_m(float(way_m)) + 0.02
+        assert stop_m < approach.reported_m(float(way_m)) + 0.02
     assert all(before <= after for before, after in pairwise(slow))
     assert slow[-1] == 1000
     assert made.surprise_permille(0.5) == 1000

@@ -71,12 +71,12 @@ def test_since_moves_with_state_or_reason_not_with_detail() -> None:
 
 
 def test_changes_are_told_once() -> None:
-    told: list[int] = []
-    registry = HealthRegistry(on_change=lambda: told.append(1))
+    reported: list[int] = []
+    registry = HealthRegistry(on_change=lambda: reported.append(1))
     part = registry.part("camera")
     part.set(LOST, "camera_lost")
     part.set(LOST, "camera_lost")
-    assert len(told) == 1
+    assert len(reported) == 1
     assert registry.part("camera") is part
 
 
@@ -97,10 +97,10 @@ def test_registry_as_json_tells_what_to_do() -> None:
     registry.part("camera").set(LOST, "camera_lost", "no such device")
     registry.part("mode follow").set(LOST, "plugin_hangs")
     registry.part("board").set(LOST, "unknown_40")
-    told = registry.as_json()
-    assert told["camera"]["do"] == "Ask for help: check the camera."
-    assert told["mode follow"]["do"] == "Ask whoever set up the chair."
-    assert "do" not in told["board"]
+    reported = registry.as_json()
+    assert reported["camera"]["do"] == "Ask for help: check the camera."
+    assert reported["mode follow"]["do"] == "Ask whoever set up the chair."
+    assert "do" not in reported["board"]
 
 
 def test_registry_as_json_tells_how_long() -> None:

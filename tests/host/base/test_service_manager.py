@@ -17,13 +17,13 @@ def test_it_hears_each_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     place = str(tmp_path / "notify")
     monkeypatch.setenv("NOTIFY_SOCKET", place)
     monkeypatch.setenv("WATCHDOG_USEC", "5000000")
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as heard:
-        heard.bind(place)
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as received:
+        received.bind(place)
         manager = ServiceManager()
         manager.ready("https://chair")
         manager.alive()
         manager.ending()
-        words = [heard.recv(100) for _ in range(3)]
+        words = [received.recv(100) for _ in range(3)]
     assert words == [b"READY=1\nSTATUS=https://chair", b"WATCHDOG=1", b"STOPPING=1"]
     assert manager.pace_s == 1.0
     assert "NOTIFY_SOCKET" not in os.environ, "a child process could speak for the daemon"

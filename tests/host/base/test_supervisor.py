@@ -137,8 +137,8 @@ def test_nobody_waits_for_a_child_that_does_not_listen_and_nothing_piles_up(
     deaf.wait(lambda: len(deaf.data) > 3)
     for number in range(300):  # 900 kB, the pipe holds 64
         deaf.supervisor.tell(b"%03d" % number * 1000)
-        heard = len(deaf.data)
-        deaf.wait(lambda heard=heard: len(deaf.data) > heard)
+        received = len(deaf.data)
+        deaf.wait(lambda received=received: len(deaf.data) > received)
     assert deaf.supervisor.restarts == 0
 
 
@@ -178,16 +178,16 @@ def test_whatever_a_child_says_another_one_is_started(watch: Callable[..., Watch
 def test_one_that_waits_for_a_processor_or_a_disk_is_given_time(
     watch: Callable[..., Watched], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[int] = []
+    looks: list[int] = []
 
     def runs(pid: int) -> bool:
-        asked.append(pid)
-        return len(asked) < 5
+        looks.append(pid)
+        return len(looks) < 5
 
     monkeypatch.setattr(supervisor, "would_run", runs)
     child = watch("out.data(b'x'); time.sleep(99)", silent_s=0.2, patience_s=LONG_S)
     child.wait(lambda: child.supervisor.restarts >= 1)
-    assert len(asked) >= 5
+    assert len(looks) >= 5
     assert child.statuses[0].how == "hangs"
 
 

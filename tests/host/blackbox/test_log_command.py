@@ -44,7 +44,7 @@ def test_list(config: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[3].endswith("MB")
 
 
-TOLD = (
+READABLE = (
     r"000008\S* is readable up to 2026-09-21 ..:13:2[0-4] \((\d+) of (\d+) bytes\) and ends there: "
 )
 
@@ -64,13 +64,13 @@ def test_it_says_up_to_where_a_file_is_readable_that_ends_early(
         data[len(data) // 3] ^= 0xFF
         cut.write_bytes(data)
     assert cli.main(["log", *words, *config]) == 0
-    said = capsys.readouterr()
-    ((read, size),) = re.findall(TOLD, said.out if words == ["list"] else said.err)
+    printed = capsys.readouterr()
+    ((read, size),) = re.findall(READABLE, printed.out if words == ["list"] else printed.err)
     assert 0 < int(read) < int(size) == cut.stat().st_size
     cut.unlink()
     assert cli.main(["log", *words, *config]) == 0
-    said = capsys.readouterr()
-    assert "is readable" not in said.out + said.err
+    printed = capsys.readouterr()
+    assert "is readable" not in printed.out + printed.err
 
 
 def test_a_file_that_cannot_be_read_hides_no_other(
@@ -91,7 +91,7 @@ def test_show_says_what_happened_once(
     config: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["log", "show", "7", *config]) == 0
-    said = [line[24:] for line in capsys.readouterr().out.splitlines()]
+    printed = [line[24:] for line in capsys.readouterr().out.splitlines()]
     order = [
         "order: arm by driver",
         "board: armed, stopped, override none, faults none",
@@ -99,10 +99,10 @@ def test_show_says_what_happened_once(
         "host: session ended: unplugged ?",
         "board: armed, turn, override none, faults none",
     ]
-    assert [line for line in said if line in order][:3] == order[:3]
-    assert set(order) <= set(said)
-    assert all(a != b for a, b in pairwise(said))
-    assert sum(line.startswith("command: forward continuous") for line in said) == 1
+    assert [line for line in printed if line in order][:3] == order[:3]
+    assert set(order) <= set(printed)
+    assert all(a != b for a, b in pairwise(printed))
+    assert sum(line.startswith("command: forward continuous") for line in printed) == 1
 
 
 def test_export(config: list[str], capsys: pytest.CaptureFixture[str]) -> None:
@@ -185,9 +185,9 @@ def test_a_log_of_another_version_or_program_is_said_in_one_line(
         writer.finish()
     words = [word.format(file=file) for word in words]
     assert cli.main([*words, *(config if words[0] == "log" else [])]) == 2
-    said = capsys.readouterr().err
-    assert says in said
-    assert said.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert says in printed
+    assert printed.count("\n") == 1
 
 
 @pytest.mark.parametrize(
@@ -207,10 +207,10 @@ def test_refusals_are_one_line(
 ) -> None:
     words = [word.format(folder=Path(config[1]).parent) for word in words]
     assert cli.main(["log", *words, *config]) == 2
-    said = capsys.readouterr()
-    assert says in said.err
-    assert said.err.count("\n") == 1
-    assert said.out == ""
+    printed = capsys.readouterr()
+    assert says in printed.err
+    assert printed.err.count("\n") == 1
+    assert printed.out == ""
 
 
 def test_nothing_was_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -59,8 +59,8 @@ def test_standard_messages_say_what_happened(found: dict[str, list[Any]]) -> Non
     assert [round(range_m * 1000) for range_m in scan.ranges[1:]] == list(BEAMS_MM)
     assert math.isclose(scan.angle_min + 719 * scan.angle_increment, scan.angle_max, abs_tol=1e-5)
     (health,) = found["/health"]
-    told = [(status.name, status.level, status.message) for status in health.status]
-    assert told == [("board", 0, "ok"), ("lidar", 2, "lidar_lost")]
+    parts = [(status.name, status.level, status.message) for status in health.status]
+    assert parts == [("board", 0, "ok"), ("lidar", 2, "lidar_lost")]
     assert bytes(found["/picture"][0].data) == b"\xff\xd8small\xff\xd9"
     (line,) = found["/rosout"]
     assert (line.level, line.msg) == (30, "session ended: unplugged ?")
@@ -110,7 +110,7 @@ def test_a_reader_without_our_tables_finds_the_names_of_the_codes() -> None:
 def test_the_secret_of_a_session_is_not_recorded(found: dict[str, list[Any]]) -> None:
     assert messages.NONCE in ros.UNRECORDED
     assert not [topic for topic in found if "nonce" in topic]
-    assert not [*topics.said("down", 0, bytes([messages.NONCE.type_id]) + bytes(20))]
+    assert not [*topics.messages_of("down", 0, bytes([messages.NONCE.type_id]) + bytes(20))]
 
 
 @pytest.mark.parametrize("name", [message.name for message in messages.MESSAGES])
@@ -122,7 +122,7 @@ def test_every_message_of_the_wire_goes_into_a_file_and_out(name: str, tmp_path:
     if message in ros.UNRECORDED:
         assert ros.from_frame(frame, 0) is None
         return
-    ((topic, kind, fields), *_) = topics.said("up", 5 * 10**9 + 6, frame)
+    ((topic, kind, fields), *_) = topics.messages_of("up", 5 * 10**9 + 6, frame)
     out = io.BytesIO()
     writer = Writer(out)
     schema = writer.register_msgdef(kind, ros.DEFINITIONS[kind])
@@ -145,30 +145,32 @@ def test_odometry_is_a_message_of_ros_with_its_uncertainty_and_age(tmp_path: Pat
     estimate = Estimate(3.5, 1.0, 2.0, 90.0, 0.4, 0.01, 5.0, 0.2, 0.1, 1.0, 0.05, 0.9, ("x",), 2)
     out = io.BytesIO()
     writer = Writer(out)
-    for topic, kind, fields in topics.said("motion", 10**9, {**asdict(estimate), "age_s": 0.07}):
+    for topic, kind, fields in topics.messages_of(
+        "motion", 10**9, {**asdict(estimate), "age_s": 0.07}
+    ):
         schema = writer.register_msgdef(kind, ros.DEFINITIONS[kind])
         writer.write_message(topic, schema, fields)
     writer.finish()
     file = tmp_path / "one.mcap"
     file.write_bytes(out.getvalue())
     found = read(file)
-    (said,), (doubted,) = found["/odometry"], found["/odometry/doubts"]
-    assert (said.header.frame_id, said.child_frame_id) == ("odom_2", "chair")
-    assert (said.pose.pose.position.x, said.pose.pose.position.y) == (1.0, 2.0)
-    assert said.pose.pose.orientation.z == pytest.approx(math.sqrt(0.5))
+    (messages_of,), (doubted,) = found["/odometry"], found["/odometry/doubts"]
+    assert (messages_of.header.frame_id, messages_of.child_frame_id) == ("odom_2", "chair")
+    assert (messages_of.pose.pose.position.x, messages_of.pose.pose.position.y) == (1.0, 2.0)
+    assert messages_of.pose.pose.orientation.z == pytest.approx(math.sqrt(0.5))
     # It looks along y: what it is unsure of along its way is y.
-    covariance = said.pose.covariance
+    covariance = messages_of.pose.covariance
     assert [covariance[0], covariance[7]] == pytest.approx([0.1**2, 0.2**2])
-    assert said.twist.twist.linear.x == 0.4
-    assert said.twist.twist.angular.z == pytest.approx(math.radians(5.0))
-    assert said.twist.covariance[0] == pytest.approx(0.05**2)
+    assert messages_of.twist.twist.linear.x == 0.4
+    assert messages_of.twist.twist.angular.z == pytest.approx(math.radians(5.0))
+    assert messages_of.twist.covariance[0] == pytest.approx(0.05**2)
     (status,) = doubted.status
     assert (status.level, status.message) == (1, "x")
     assert {row.key: row.value for row in status.values}["age_ms"] == "70.0"
 
 
 def test_a_topic_is_named_as_ros_wants_it() -> None:
-    ((topic, _, _),) = topics.said("scan", 0, ("left-rear", bytes(8)))
+    ((topic, _, _),) = topics.messages_of("scan", 0, ("left-rear", bytes(8)))
     assert topic == "/scan/left_rear"
 
 

@@ -70,11 +70,11 @@ def test_what_is_noted_is_in_the_file_and_the_end_loses_nothing(
     found = topics(tmp_path)
     assert found.count("/host/command") == 401
     assert {"/health", "/latency", "/rosout", "/scan/front", "/picture"} <= set(found)
-    said = [
+    texts = [
         line.message.msg for line in LogFile(files(tmp_path)[0]).lines() if line.topic == "/rosout"
     ]
-    assert "it is odd" in said
-    assert not [text for text in said if "not ours" in text]
+    assert "it is odd" in texts
+    assert not [text for text in texts if "not ours" in text]
     assert all(LogFile(path).length_s() >= 0 for path in files(tmp_path))
 
 
@@ -125,25 +125,25 @@ def test_a_process_that_hangs_is_told(box: BlackBox, tmp_path: Path, parts: Heal
 
 
 @pytest.mark.parametrize(
-    "told",
+    "status",
     [
         Status("lost", "log_lost", "starting it again"),
         Status("degraded", "log_full", "the disk is full"),
         Status("ok", "ok", ""),
     ],
-    ids=lambda told: told.reason,
+    ids=lambda status: status.reason,
 )
 def test_dropped_records_hide_no_other_reason_and_end_in_what_the_process_told(
-    tmp_path: Path, parts: HealthRegistry, told: Status
+    tmp_path: Path, parts: HealthRegistry, status: Status
 ) -> None:
     box, health = BlackBox(LogConfig(), tmp_path, parts, lambda: None), parts.part("log")
-    box._on_status(told)
+    box._on_status(status)
     for _ in range(6000):  # more than are kept
         box._ring.put("up", 0.0, b"")
     box._look()
-    assert health.reason == (service.DROPPING if told.state == "ok" else told.reason)
+    assert health.reason == (service.DROPPING if status.state == "ok" else status.reason)
     box._look()
-    assert (health.state, health.reason, health.now().detail) == tuple(vars(told).values())[:3]
+    assert (health.state, health.reason, health.now().detail) == tuple(vars(status).values())[:3]
 
 
 def test_a_process_that_is_slow_to_read_gets_what_waits_at_the_end(
@@ -210,8 +210,8 @@ def test_what_waits_is_written_though_nobody_hears_the_process_any_more(
     monkeypatch.setattr(child, "SYNC_S", 0.0)
     ends = signal.getsignal(END)
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    heard, said = os.pipe()
-    os.close(heard)
+    read_end, write_end = os.pipe()
+    os.close(read_end)
     ring = Ring()
     for number in range(100):
         ring.put("up", time.monotonic() + number, bytes(FRAME))
@@ -219,10 +219,10 @@ def test_what_waits_is_written_though_nobody_hears_the_process_any_more(
     ours.close()
     limits = {"max_bytes": 10_000_000, "keep_s": 1e6, "fd": its.detach()}
     try:
-        child.run({"folder": str(tmp_path), **limits}, RecordWriter(said))
+        child.run({"folder": str(tmp_path), **limits}, RecordWriter(write_end))
     finally:
         signal.signal(END, ends)
-        os.close(said)
+        os.close(write_end)
     assert topics(tmp_path).count("/host/command") == 100
 
 

@@ -50,7 +50,7 @@ def line(board: Any) -> Line:
 def joined(line: Line) -> Line:
     line.turn()
     assert line.protocol.board is not None
-    line.board.heard.clear()
+    line.board.received.clear()
     return line
 
 

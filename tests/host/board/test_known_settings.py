@@ -16,7 +16,7 @@ def answer(line: Any, index: int, value: int, request: int = codes.SETTING_GET) 
     line.say(line.board.setting_reply(request=request, index=index, value=value))
 
 
-def asked(line: Any) -> list[int]:
+def requested(line: Any) -> list[int]:
     return [row["index"] for row in line.board.take("setting")]
 
 
@@ -28,20 +28,20 @@ def state(line: Any) -> BoardState:
 
 def all_answered(line: Any, **values: int) -> None:
     answer(line, RELAY, 1)
-    line.board.heard.clear()
+    line.board.received.clear()
     for name in KNOWN:
         line.turn()
-        assert asked(line) == [index_of(name)]
+        assert requested(line) == [index_of(name)]
         answer(line, index_of(name), values.get(name, 0))
 
 
 def test_they_are_asked_one_after_another_after_the_relay(joined: Any) -> None:
     joined.turn(300)
-    assert set(asked(joined)) == {RELAY}
+    assert set(requested(joined)) == {RELAY}
     assert state(joined).tuned is None
     all_answered(joined, profile=2, p3_1_tuned=1, step_turn_q4_deg=160)
     joined.turn(1000)
-    assert asked(joined) == []
+    assert requested(joined) == []
     assert state(joined).profile == "3.1"
     assert state(joined).tuned is True
     assert state(joined).step_deg == 10.0
@@ -49,9 +49,9 @@ def test_they_are_asked_one_after_another_after_the_relay(joined: Any) -> None:
 
 def test_one_that_is_not_answered_is_asked_again(joined: Any) -> None:
     answer(joined, RELAY, 1)
-    joined.board.heard.clear()
+    joined.board.received.clear()
     joined.turn(450)
-    assert asked(joined) == [index_of(KNOWN[0])] * 3
+    assert requested(joined) == [index_of(KNOWN[0])] * 3
 
 
 def test_what_anybody_sets_is_followed(joined: Any) -> None:
@@ -69,21 +69,21 @@ def test_defaults_and_a_new_session_ask_anew(joined: Any) -> None:
     answer(joined, 0, 0, codes.SETTING_DEFAULTS)
     assert state(joined).tuned is None
     joined.turn()
-    assert asked(joined) == [index_of(KNOWN[0])]
+    assert requested(joined) == [index_of(KNOWN[0])]
     joined.board.restart()
     joined.say(joined.board.hello())
     joined.turn(10)
-    assert set(asked(joined)) <= {RELAY}
+    assert set(requested(joined)) <= {RELAY}
 
 
 def test_they_are_asked_though_somebody_asked_for_one_before(joined: Any) -> None:
     answer(joined, index_of("profile"), 2)
     answer(joined, RELAY, 1)
-    joined.board.heard.clear()
+    joined.board.received.clear()
     for name in KNOWN[1:]:
         joined.turn()
-        assert asked(joined) == [index_of(name)]
+        assert requested(joined) == [index_of(name)]
         answer(joined, index_of(name), 0)
     joined.turn(1000)
-    assert asked(joined) == []
+    assert requested(joined) == []
     assert state(joined).tuned is False

@@ -58,7 +58,9 @@ def test_an_answer_about_another_setting_is_not_the_callers(cable: Any, link: Bo
         target=lambda: answers.append(link.setting(codes.SETTING_GET, 3, timeout_s=PATIENCE_S))
     )
     asking.start()
-    wait_until(lambda: [row for row in cable.heard("setting") if row["index"] == 3], "it is asked")
+    wait_until(
+        lambda: [row for row in cable.received("setting") if row["index"] == 3], "it is asked"
+    )
     for index, value in ((4, 44), (3, 33)):
         with cable._lock:
             reply = cable.board.setting_reply(index=index, value=value)
@@ -74,9 +76,9 @@ def test_commands_clearance_and_orders_reach_the_board(cable: Any, link: BoardLi
     link.clearance(Clearance(5, codes.SIMULATED, now_s))
     link.order(codes.ARM, codes.DRIVER)
     link.command(Command(codes.LEFT, codes.STEP, 9, codes.DRIVER, now_s + 0.3))
-    wait_until(lambda: cable.heard("clearance"), "the clearance arrives")
-    wait_until(lambda: cable.heard("order"), "the order arrives")
-    wait_until(lambda: cable.heard("command")[-1]["edge"] == 9, "the command arrives")
+    wait_until(lambda: cable.received("clearance"), "the clearance arrives")
+    wait_until(lambda: cable.received("order"), "the order arrives")
+    wait_until(lambda: cable.received("command")[-1]["edge"] == 9, "the command arrives")
 
 
 def test_a_pulled_cable_is_lost_and_plugged_back_found(cable: Any, link: BoardLink) -> None:

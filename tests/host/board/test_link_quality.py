@@ -57,7 +57,7 @@ def test_silence_degrades_then_loses(
     judge: LinkJudge, quiet_s: float, expected: tuple[str, str, bool]
 ) -> None:
     judge.began(1.0)
-    judge.heard(5.0)
+    judge.received(5.0)
     assert seen(judge.verdict(0, 5.0 + quiet_s)) == expected
 
 

@@ -26,7 +26,7 @@ def test_without_a_command_stop_is_repeated_every_20_ms(joined: Any) -> None:
 
 def test_a_changed_command_is_due_at_once(joined: Any) -> None:
     joined.turn(5)
-    joined.board.heard.clear()
+    joined.board.received.clear()
     joined.protocol.command(FORWARD, joined.now_s)
     assert joined.protocol.due_s() <= joined.now_s
     joined.turn()
@@ -39,7 +39,7 @@ def test_a_changed_command_is_due_at_once(joined: Any) -> None:
 def test_a_refreshed_proof_waits_for_the_next_repeat(joined: Any) -> None:
     joined.protocol.command(FORWARD, joined.now_s)
     joined.turn()
-    joined.board.heard.clear()
+    joined.board.received.clear()
     refreshed = Command(codes.FORWARD, codes.CONTINUOUS, 7, codes.DRIVER, 100.4)
     joined.protocol.command(refreshed, joined.now_s)
     joined.turn()
@@ -67,9 +67,9 @@ def test_nor_what_this_board_says_it_may_live(line: Any) -> None:
     line.turn()
     line.protocol.command(Command(codes.LEFT, codes.STEP, 1, codes.DRIVER, 200.0), 100.0)
     line.protocol.bypass(Bypass(1, 200.0), 100.0)
-    line.board.heard.clear()
+    line.board.received.clear()
     line.turn()
-    sent = dict(line.board.heard)
+    sent = dict(line.board.received)
     assert (sent["command"]["ttl_ms"], sent["bypass"]["ttl_ms"]) == (120, 120)
 
 
@@ -91,7 +91,7 @@ def test_nothing_but_hello_leaves_without_a_session(line: Any) -> None:
     line.protocol.clearance(Clearance(0, codes.REAL, line.now_s), line.now_s)
     line.protocol.request_ping()
     line.board.receive(line.protocol.poll(line.now_s))
-    assert [name for name, _ in line.board.heard] == ["hello"]
+    assert [name for name, _ in line.board.received] == ["hello"]
 
 
 # Clearance
@@ -140,7 +140,7 @@ def actions(line: Any) -> set[int]:
 def test_disarming_ends_the_order_to_arm_given_before_it(joined: Any) -> None:
     joined.protocol.order(codes.ARM, codes.DRIVER, joined.now_s)
     joined.turn(40)
-    joined.board.heard.clear()
+    joined.board.received.clear()
     joined.protocol.order(codes.DISARM, codes.DRIVER, joined.now_s)
     joined.turn(400)
     assert actions(joined) == {codes.DISARM}
@@ -161,12 +161,12 @@ def test_disarming_is_repeated_until_the_board_is_seen_disarmed(joined: Any) -> 
     joined.board.status = codes.ARMED
     joined.protocol.order(codes.DISARM, codes.DRIVER, joined.now_s)
     joined.turn(400)
-    joined.board.heard.clear()
+    joined.board.received.clear()
     joined.turn(100)
     assert actions(joined) == {codes.DISARM}
     joined.board.status = codes.DISARMED
     joined.turn(30)
-    joined.board.heard.clear()
+    joined.board.received.clear()
     joined.turn(100)
     assert not actions(joined)
 
@@ -183,14 +183,14 @@ def test_a_new_session_drops_all_but_an_emergency_stop(joined: Any) -> None:
         joined.protocol.order(action, codes.DRIVER, joined.now_s)
     joined.board.restart()
     joined.say(joined.board.hello())
-    joined.board.heard.clear()
+    joined.board.received.clear()
     joined.turn(100)
     assert actions(joined) == {codes.EMERGENCY_STOP}
     joined.say(joined.board.state(faults=1 << codes.EMERGENCY))
     joined.protocol.order(codes.ARM, codes.DRIVER, joined.now_s)
     joined.board.restart()
     joined.say(joined.board.hello())
-    joined.board.heard.clear()
+    joined.board.received.clear()
     joined.turn(100)
     assert not actions(joined)
 

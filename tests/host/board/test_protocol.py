@@ -89,7 +89,7 @@ def test_a_host_goes_on_for_many_rounds_of_the_stamp(joined: Any) -> None:
     for _ in range(20):
         joined.board.stamp_ms = (joined.board.stamp_ms + 20_000) & 0xFFFF
         assert len(joined.say(joined.board.state())) == 1
-        joined.board.heard.clear()
+        joined.board.received.clear()
         joined.protocol.command(FORWARD, joined.now_s)
         joined.protocol.command(STOP_COMMAND, joined.now_s)
         joined.board.receive(joined.protocol.poll(joined.now_s))

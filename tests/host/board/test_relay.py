@@ -19,7 +19,7 @@ def checked(line: Any) -> bool:
     return state.relay_checked
 
 
-def asked(line: Any) -> list[tuple[int, int]]:
+def requested(line: Any) -> list[tuple[int, int]]:
     # What the link asks of turns: test_turn_settings.
     rows = [(row["request"], row["index"]) for row in line.board.take("setting")]
     return [row for row in rows if row[1] in (RELAY, 3)]
@@ -33,20 +33,20 @@ def answer(line: Any, **reply: int) -> None:
 def test_an_answer_ends_the_question(line: Any, fitted: int) -> None:
     line.turn()
     line.turn(5)
-    assert asked(line) == [(codes.SETTING_GET, RELAY)]
+    assert requested(line) == [(codes.SETTING_GET, RELAY)]
     answer(line, value=fitted)
     assert checked(line) == bool(fitted)
     line.turn(2000)
-    assert asked(line) == []
+    assert requested(line) == []
     assert checked(line) == bool(fitted)
 
 
 def test_a_lost_answer_is_asked_for_again(joined: Any) -> None:
     joined.turn(450)
-    assert len(asked(joined)) >= 2
+    assert len(requested(joined)) >= 2
     answer(joined, value=1)
     joined.turn(1000)
-    assert asked(joined) == []
+    assert requested(joined) == []
 
 
 def test_silence_means_unmonitored_but_not_at_once(joined: Any) -> None:
@@ -67,12 +67,12 @@ def test_answers_about_anything_else_do_not_count(joined: Any) -> None:
 
 def test_somebody_elses_question_goes_first_and_alone(line: Any) -> None:
     line.turn()
-    line.board.heard.clear()
+    line.board.received.clear()
     line.protocol.request_setting(codes.SETTING_GET, 3, 0)
     line.turn()
-    assert asked(line) == [(codes.SETTING_GET, 3)]
+    assert requested(line) == [(codes.SETTING_GET, 3)]
     line.turn(300)
-    assert asked(line) == [(codes.SETTING_GET, RELAY)] * 2
+    assert requested(line) == [(codes.SETTING_GET, RELAY)] * 2
 
 
 def test_a_new_session_asks_anew(joined: Any) -> None:
@@ -80,6 +80,6 @@ def test_a_new_session_asks_anew(joined: Any) -> None:
     joined.board.restart()
     joined.say(joined.board.hello())
     joined.turn(10)
-    assert asked(joined) == [(codes.SETTING_GET, RELAY)]
+    assert requested(joined) == [(codes.SETTING_GET, RELAY)]
     joined.turn(600)
     assert not checked(joined)

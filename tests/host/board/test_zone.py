@@ -8,9 +8,9 @@ import pytest
 
 from gazechair.board.zone import NOT_KNOWN, BoardZone
 from gazelink import codes
-from gazesim.zone import told_by
+from gazesim.zone import reported_zone
 
-POINTS = told_by().points
+POINTS = reported_zone().points
 
 
 def zones(events: list[Any]) -> list[BoardZone]:

@@ -73,18 +73,18 @@ def test_one_press_starts_it_and_nobody_holds_it(auto: Auto) -> None:
 def test_it_asks_for_nothing_until_the_board_has_begun_it(auto: Auto) -> None:
     """One that begins where it is blocked would be over for the board, and wait for nothing."""
 
-    def asked() -> tuple[int, int, int]:
+    def requested() -> tuple[int, int, int]:
         command = auto.arbiter.command
         return command.verb, command.linear_permille, command.turn_permille
 
     for _ in range(2):
         number = auto.arbiter.command.edge
-        assert asked() == (codes.DRIVE, 0, 0)
+        assert requested() == (codes.DRIVE, 0, 0)
         auto.board(edge=number % 255 + 1)  # another press
         auto.go_on(0.1)
-        assert asked() == (codes.DRIVE, 0, 0)
+        assert requested() == (codes.DRIVE, 0, 0)
         auto.board(edge=number)
-        assert asked() == (codes.DRIVE, 300, 50)
+        assert requested() == (codes.DRIVE, 300, 50)
         auto.go_on(0.1)
         assert auto.drives
         auto.start()  # another press on the same mode

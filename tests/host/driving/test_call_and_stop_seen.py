@@ -31,8 +31,8 @@ def test_who_answers_twice_or_after_another_caretaker_still_comes(rig: Rig) -> N
     caretakers = [rig.control.connect("caretaker") for _ in range(2)]
     rig.say(k="call", on=True)
     for caretaker in (*caretakers, *caretakers):
-        said = {"k": "call", "on": False, "there": False}
-        assert rig.control.receive(caretaker, said) == []
+        sent = {"k": "call", "on": False, "there": False}
+        assert rig.control.receive(caretaker, sent) == []
         assert (rig.look()["call"], rig.look()["coming"]) == (False, True)
     rig.now_s += COMING_S + 0.1  # the answers that came later did not make it last
     assert rig.look()["coming"] is False

@@ -202,7 +202,7 @@ def test_a_stop_reaches_the_link_within_the_call(armed: Rig) -> None:
     armed.forward()
     armed.link.take()
     assert armed.say(k="stop") == []
-    assert [said[:2] for said in armed.link.take()] == [("command", codes.STOP)]
+    assert [sent[:2] for sent in armed.link.take()] == [("command", codes.STOP)]
 
 
 def test_the_page_sees_its_own_edge_once_the_board_has_it(armed: Rig) -> None:
@@ -233,9 +233,9 @@ def test_a_closed_socket_stops_and_disarms_within_the_call(armed: Rig) -> None:
     armed.forward()
     armed.link.take()
     armed.control.disconnect(armed.page)
-    said = armed.link.take()
-    assert ("order", codes.DISARM, codes.DRIVER) in said
-    assert any(row[:2] == ("command", codes.STOP) for row in said)
+    sent = armed.link.take()
+    assert ("order", codes.DISARM, codes.DRIVER) in sent
+    assert any(row[:2] == ("command", codes.STOP) for row in sent)
 
 
 def test_a_silent_page_is_stopped_and_shown(armed: Rig) -> None:
@@ -328,9 +328,9 @@ def test_stopping_stops_and_disarms(armed: Rig) -> None:
     armed.forward()
     armed.link.take()
     armed.control.stop()
-    said = armed.link.take()
-    assert said[0][:2] == ("command", codes.STOP)
-    assert said[1][:2] == ("order", codes.DISARM)
+    sent = armed.link.take()
+    assert sent[0][:2] == ("command", codes.STOP)
+    assert sent[1][:2] == ("order", codes.DISARM)
 
 
 def test_time_acts_without_anyone_asking(armed: Rig) -> None:
@@ -357,6 +357,6 @@ def test_health_is_told_by_part(rig: Rig) -> None:
 def test_a_press_of_a_mode_that_is_gone_ends_an_auto_motion_as_any_other_press(armed: Rig) -> None:
     armed.control.offer_mode("kitchen", {"auto": True})
     for edge, mode, auto in ((1, "kitchen", "kitchen"), (2, "bed", "")):
-        said = armed.say(k="mode", mode=mode, edge=edge, token=armed.look()["token"])
-        assert [one["reason"] for one in said] == ([] if auto else ["no_answer"])
+        sent = armed.say(k="mode", mode=mode, edge=edge, token=armed.look()["token"])
+        assert [one["reason"] for one in sent] == ([] if auto else ["no_answer"])
         assert armed.control._arbiter.auto == auto

@@ -71,14 +71,14 @@ def test_a_lidar_that_is_lost_is_told_rather_than_that_its_data_are_old() -> Non
     fault = codes.FAULT_REASON + codes.OBSTACLE_DATA_OLD
     board = replace(QUIET, override=fault, faults=1 << codes.OBSTACLE_DATA_OLD)
 
-    def told(lidar: HealthState, age_s: float, now_s: float) -> str:
+    def reported(lidar: HealthState, age_s: float, now_s: float) -> str:
         problems = of_host({"lidar": lidar}, board, age_s, None, False)
         return handler.fold(problems, now_s).message
 
-    assert told(part(OK), 0.4, 0.0) == "obstacle_data_old"
-    assert told(part(LOST, "lidar_silent"), 0.5, 0.1) == "lidar_silent"
-    assert told(part(DEGRADED, "lidar_damaged"), 0.6, 0.2) == "obstacle_data_old"
-    assert told(part(OK), 2.1, 1.8) == "lidar_lost"  # its process has stopped
+    assert reported(part(OK), 0.4, 0.0) == "obstacle_data_old"
+    assert reported(part(LOST, "lidar_silent"), 0.5, 0.1) == "lidar_silent"
+    assert reported(part(DEGRADED, "lidar_damaged"), 0.6, 0.2) == "obstacle_data_old"
+    assert reported(part(OK), 2.1, 1.8) == "lidar_lost"  # its process has stopped
 
 
 @pytest.mark.parametrize(

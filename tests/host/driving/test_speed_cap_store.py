@@ -45,8 +45,8 @@ def test_a_cap_set_by_a_caretaker_holds_after_a_restart(tmp_path: Path) -> None:
         assert cap_of(control) == before
         control.start()
         caretaker = control.connect("caretaker")
-        for asked in (400, permille):
-            assert control.receive(caretaker, {"k": "cap", "permille": asked}) == []
+        for requested in (400, permille):
+            assert control.receive(caretaker, {"k": "cap", "permille": requested}) == []
         control.stop()
     assert cap_of(host(tmp_path / "state")) == 1000
 

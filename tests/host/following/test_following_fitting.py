@@ -47,10 +47,10 @@ class Chair:
         room = FREE
         if not blind:
             room = self.fitting.room(self.standing_m, self.trail, self.pose, self.at_s)
-        asked = self.trail.request(self.pose, *person, _STEP_S, room)
-        heading = self.pose[2] + 0.5 * asked.yaw_rad_s * _STEP_S
-        step = asked.linear_m_s * _STEP_S
-        moved = step * math.cos(heading), step * math.sin(heading), asked.yaw_rad_s * _STEP_S
+        request = self.trail.request(self.pose, *person, _STEP_S, room)
+        heading = self.pose[2] + 0.5 * request.yaw_rad_s * _STEP_S
+        step = request.linear_m_s * _STEP_S
+        moved = step * math.cos(heading), step * math.sin(heading), request.yaw_rad_s * _STEP_S
         self.pose = self.pose + np.array(moved)
         self.poses.append(self.pose)
 
@@ -108,15 +108,15 @@ def test_keeps_clear_of_a_doorway_that_the_person_cuts(name: str) -> None:
 
 
 def test_a_path_that_is_clear_is_not_replaced() -> None:
-    asked: list[object] = []
+    request: list[object] = []
 
     def submit(job: Callable[[], Planned | None]) -> Future[Planned | None]:
-        asked.append(job)
+        request.append(job)
         return at_once(job)
 
     chair = Chair(_door(1.2), submit)
     chair.follows(_walk((1.9, 0.0), (6.0, 0.0)), 60)
-    assert not asked
+    assert not request
     assert chair.pose[0] > 3.9
 
 

@@ -17,9 +17,9 @@ from gazechair.following.tracks import Track
 
 def test_chosen_by_standing_in_front() -> None:
     scene = Scene()
-    said = scene.comes()
-    assert said.state is State.FOLLOWS
-    assert said.person_m == pytest.approx((1.85, 0.0), abs=0.08)
+    followed = scene.comes()
+    assert followed.state is State.FOLLOWS
+    assert followed.person_m == pytest.approx((1.85, 0.0), abs=0.08)
 
 
 def test_not_chosen_before_two_seconds() -> None:
@@ -38,9 +38,9 @@ def test_two_in_front_are_not_chosen_from() -> None:
         scene.look([*legs((far, -0.3), 0.05 * k), *legs((far, 0.3), 0.05 * k)])
     scene.follower.choose(scene.at_s)
     for _ in range(24):
-        said = scene.look([*legs((1.85, -0.3)), *legs((1.85, 0.3))])
-    assert said.state is State.UNSURE
-    assert said.request == STOP
+        followed = scene.look([*legs((1.85, -0.3)), *legs((1.85, 0.3))])
+    assert followed.state is State.UNSURE
+    assert followed.request == STOP
 
 
 def test_chosen_by_a_look() -> None:
@@ -50,9 +50,9 @@ def test_chosen_by_a_look() -> None:
         scene.look([*legs((far, -0.8), 0.05 * k), *legs((far, 0.8), 0.05 * k)])
     scene.follower.choose(scene.at_s, 0.38)
     for _ in range(8):
-        said = scene.look([*legs((1.85, -0.8)), *legs((1.85, 0.8))])
-    assert said.state is State.FOLLOWS
-    assert said.person_m == pytest.approx((1.85, 0.8), abs=0.1)
+        followed = scene.look([*legs((1.85, -0.8)), *legs((1.85, 0.8))])
+    assert followed.state is State.FOLLOWS
+    assert followed.person_m == pytest.approx((1.85, 0.8), abs=0.1)
 
 
 def test_a_look_between_two_is_unsure() -> None:
@@ -103,17 +103,17 @@ def test_who_was_lost_needs_fewer_steps_to_be_chosen_again() -> None:
         scene.look(legs((2.45 - 0.05 * k, 0.0), 0.05 * k, math.pi))
     scene.follower.choose(scene.at_s)
     for _ in range(30):
-        said = scene.look(legs((1.85, 0.0)))
+        followed = scene.look(legs((1.85, 0.0)))
     assert lost.state is State.LOST
-    assert said.state is State.FOLLOWS
+    assert followed.state is State.FOLLOWS
 
 
 def test_out_of_sight_asks_for_nothing_at_once_and_is_said() -> None:
     scene = Scene()
     scene.comes()
     for k in range(15):
-        said = scene.look(legs((1.85 + 0.06 * k, 0.0), 0.06 * k))
-    assert said.request.linear_m_s > 0.2
+        followed = scene.look(legs((1.85 + 0.06 * k, 0.0), 0.06 * k))
+    assert followed.request.linear_m_s > 0.2
     away = [scene.look([]) for _ in range(15)]
     assert all(one.request == STOP for one in away)
     assert away[-1].state is State.LOST
@@ -169,8 +169,8 @@ def test_found_again_where_and_as_expected() -> None:
     left = _walks_behind_something(scene, 5)
     assert scene.follower.state is State.HIDDEN
     for k in range(1, 10):
-        said = scene.look(legs((2.2, left + 0.05 * k), left + 0.05 * k, 1.57))
-    assert said.state is State.FOLLOWS
+        followed = scene.look(legs((2.2, left + 0.05 * k), left + 0.05 * k, 1.57))
+    assert followed.state is State.FOLLOWS
 
 
 @pytest.mark.parametrize(("x_m", "step_m"), [(2.2, -0.06), (2.75, 0.05), (1.7, 0.05)])
@@ -200,18 +200,18 @@ def test_one_who_crosses_behind_changes_nothing() -> None:
     scene.comes()
     for k in range(40):
         other = legs((2.9, 2.0 - 0.1 * k), 0.1 * k, 1.57)
-        said = scene.look([*legs((1.85, 0.0)), *other])
-        assert said.state is State.FOLLOWS
-        assert said.person_m == pytest.approx((1.85, 0.0), abs=0.15)
+        followed = scene.look([*legs((1.85, 0.0)), *other])
+        assert followed.state is State.FOLLOWS
+        assert followed.person_m == pytest.approx((1.85, 0.0), abs=0.15)
 
 
 def test_one_who_crosses_between_is_never_followed() -> None:
     scene = Scene()
     scene.comes()
     for k in range(40):
-        said = scene.look([*legs((1.85, 0.0)), *legs((1.2, 2.0 - 0.1 * k), 0.1 * k, 1.57)])
-        if said.person_m is not None:
-            assert said.person_m == pytest.approx((1.85, 0.0), abs=0.2)
+        followed = scene.look([*legs((1.85, 0.0)), *legs((1.2, 2.0 - 0.1 * k), 0.1 * k, 1.57)])
+        if followed.person_m is not None:
+            assert followed.person_m == pytest.approx((1.85, 0.0), abs=0.2)
 
 
 @pytest.mark.parametrize(("pillar_m", "x_m", "beyond_m"), [(2.7, 3.35, 0.45), (2.9, 3.35, 0.45)])
@@ -227,10 +227,12 @@ def test_another_who_comes_out_where_the_person_hides_is_not_followed(
         person = walk[min(k, len(walk) - 1)]
         up = min(max((k - len(walk) + 5) / 7.0, 0.0), 1.0)
         other = (x_m + beyond_m - 0.1 * up, -0.5 + 0.45 * up)  # from behind it, beside its edge
-        said = scene.look([*legs(person, 0.06 * k, -1.57), *legs(other, 0.3 * up, 1.57), *pillar])
+        followed = scene.look(
+            [*legs(person, 0.06 * k, -1.57), *legs(other, 0.3 * up, 1.57), *pillar]
+        )
         if k >= len(walk) + 5:
-            assert said.request == STOP
-            assert said.person_m is None or math.dist(said.person_m, person) < 0.35
+            assert followed.request == STOP
+            assert followed.person_m is None or math.dist(followed.person_m, person) < 0.35
 
 
 _PILLAR: list[Disc] = [(2.0, -0.35, 0.2)]
@@ -245,9 +247,9 @@ def test_a_part_of_a_leg_that_stays_where_it_was_is_still_theirs() -> None:
     for k in range(12):  # one leg goes out of sight, of the other one a half
         scene.look([*legs((3.0, -0.0275 * k)), *_PILLAR])
     for _ in range(30):
-        said = scene.look([*legs((3.0, -0.33)), *_PILLAR])
-        assert said.state is State.FOLLOWS
-        assert said.request.linear_m_s > 0.0
+        followed = scene.look([*legs((3.0, -0.33)), *_PILLAR])
+        assert followed.state is State.FOLLOWS
+        assert followed.request.linear_m_s > 0.0
 
 
 def test_a_part_of_a_skirt_is_still_theirs() -> None:
@@ -260,9 +262,9 @@ def test_a_part_of_a_skirt_is_still_theirs() -> None:
     for k in range(24):
         scene.look([(1.85 + 0.05 * k, 0.0, 0.18), *_PILLAR])
     for k in range(40):
-        said = scene.look([(3.0, -0.03 * min(k, 6), 0.18), *_PILLAR])
-        assert said.state is State.FOLLOWS
-        assert said.request.linear_m_s > 0.0
+        followed = scene.look([(3.0, -0.03 * min(k, 6), 0.18), *_PILLAR])
+        assert followed.state is State.FOLLOWS
+        assert followed.request.linear_m_s > 0.0
 
 
 def test_a_leg_that_was_not_there_a_scan_before_is_not_theirs() -> None:
@@ -271,9 +273,9 @@ def test_a_leg_that_was_not_there_a_scan_before_is_not_theirs() -> None:
     for k in range(15):
         here = (1.85 + 0.06 * k, 0.0)
         assert scene.look(legs(here, 0.06 * k)).person_m is not None
-    said = scene.look([(here[0] + 0.25, 0.25, 0.055)])
-    assert said.person_m is None
-    assert said.request == STOP
+    followed = scene.look([(here[0] + 0.25, 0.25, 0.055)])
+    assert followed.person_m is None
+    assert followed.request == STOP
 
 
 def _along(points: list[Place], speed_m_s: float) -> list[tuple[Place, float]]:
@@ -307,17 +309,17 @@ def test_another_who_comes_out_as_the_person_goes_in_is_not_followed(
         (here, heading), mine = person[min(k, len(person) - 1)], min(k, len(person) - 1)
         theirs = min(max(k - goes_in + comes_out - late, 0), len(other) - 1)
         there, other_heading = other[theirs]
-        said = scene.look(
+        followed = scene.look(
             [
                 *legs(here, step_m * mine, heading),
                 *legs(there, step_m * theirs, other_heading),
                 *wall,
             ]
         )
-        if said.person_m is not None:
-            assert math.dist(said.person_m, here) < 0.5
+        if followed.person_m is not None:
+            assert math.dist(followed.person_m, here) < 0.5
         if k > goes_in + 10:
-            assert said.request == STOP
+            assert followed.request == STOP
 
 
 @pytest.mark.parametrize("behind_m", [0.0, 0.05, 0.1])
@@ -330,12 +332,12 @@ def test_a_skirt_that_comes_out_beside_a_skirt_is_not_followed_along(behind_m: f
         scene.look([(3.35 - 0.05 * k, 0.0, 0.2), (*other, 0.2), *pillar])
     scene.follower.choose(scene.at_s)
     for _ in range(24):
-        said = scene.look([(1.85, 0.0, 0.2), (*other, 0.2), *pillar])
-    assert said.state is State.FOLLOWS
+        followed = scene.look([(1.85, 0.0, 0.2), (*other, 0.2), *pillar])
+    assert followed.state is State.FOLLOWS
     for k in range(40):
         side = -0.03 * min(k, 20)
         away = 0.05 * max(0, k - 20)
         people = [(1.85, side, 0.2), (other[0] - 0.5 * away, other[1] + side + away, 0.2)]
-        said = scene.look([*people, *pillar])
-        if said.person_m is not None:
-            assert math.dist(said.person_m, (1.85, side)) < 0.15
+        followed = scene.look([*people, *pillar])
+        if followed.person_m is not None:
+            assert math.dist(followed.person_m, (1.85, side)) < 0.15

@@ -25,18 +25,18 @@ def _follow(
         if math.dist(person, pose[:2]) < _FRONT_M + 1.6:
             at = min(at + 1, len(way) - 1)
         trail.walked(*person)
-        asked = trail.request(pose, *person, _STEP_S)
-        heading = pose[2] + 0.5 * asked.yaw_rad_s * _STEP_S
-        step = asked.linear_m_s * _STEP_S
+        request = trail.request(pose, *person, _STEP_S)
+        heading = pose[2] + 0.5 * request.yaw_rad_s * _STEP_S
+        step = request.linear_m_s * _STEP_S
         pose = pose + np.array(
             (
                 step * math.cos(heading),
                 step * math.sin(heading),
-                asked.yaw_rad_s * _STEP_S,
+                request.yaw_rad_s * _STEP_S,
             )
         )
         poses.append(pose)
-        requests.append(asked)
+        requests.append(request)
     return poses, requests
 
 

@@ -110,15 +110,17 @@ def test_a_line_that_is_gone_or_no_picture_stops_in_time() -> None:
     bare = _picture(_view(lines=[]))
     for goes_on in (True, False):
         follower = _following(_view())
-        asked = {}
+        requests = {}
         for tick in range(1, 25):
             now = 0.05 * tick
             if goes_on:
                 follower.look(bare, POSE, now)
-            asked[tick] = follower.step(POSE, 0.2, 0.0, now, 0.05)
-        assert asked[4].linear_m_s > 0.0
+            requests[tick] = follower.step(POSE, 0.2, 0.0, now, 0.05)
+        assert requests[4].linear_m_s > 0.0
         # A request holds until the next one: the last ends 0.3 s after the line was seen.
-        assert all(one == STOP for tick, one in asked.items() if 0.05 * (tick + 1) > LOST_S + 1e-6)
+        assert all(
+            one == STOP for tick, one in requests.items() if 0.05 * (tick + 1) > LOST_S + 1e-6
+        )
         assert follower.state is State.LOST
         follower.look(_picture(_view()), POSE, 1.3)
         assert follower.step(POSE, 0.0, 0.0, 1.31, 0.05) == STOP  # until it is chosen again
@@ -155,10 +157,10 @@ def test_a_camera_that_shows_something_else_stops_it(how: str) -> None:
     for tick in range(1, 40):
         now, pose = 0.05 * tick, np.array((0.015 * tick, 0.0, 0.0))
         follower.look(shown, pose, now)
-        asked = follower.step(pose, 0.3, 0.0, now, 0.05)
+        request = follower.step(pose, 0.3, 0.0, now, 0.05)
         moved = how != "frozen" or pose[0] > 0.06
         begun = now if moved and begun is None else begun
-        assert begun is None or now <= begun + LOST_S or asked == STOP
+        assert begun is None or now <= begun + LOST_S or request == STOP
     assert follower.state is State.LOST
 
 
@@ -168,8 +170,8 @@ def test_a_chair_that_stands_sees_the_same_again_and_starts() -> None:
     same = _picture(view)
     for tick in range(1, 20):
         follower.look(same, POSE, 0.05 * tick)
-        asked = follower.step(POSE, 0.0, 0.0, 0.05 * tick, 0.05)
-    assert asked.linear_m_s > 0.2
+        request = follower.step(POSE, 0.0, 0.0, 0.05 * tick, 0.05)
+    assert request.linear_m_s > 0.2
 
 
 def test_goes_straight_to_where_the_line_is_seen_first() -> None:
@@ -178,8 +180,8 @@ def test_goes_straight_to_where_the_line_is_seen_first() -> None:
     for tick in range(1, 60):
         pose = np.array((0.02 * tick, 0.005 * (-1) ** tick, 0.0))  # odometry's noise
         follower.look(_picture(view, pose[0]), pose, 0.05 * tick)
-        asked = follower.step(pose, 0.35, 0.0, 0.05 * tick, 0.05)
-        assert abs(asked.yaw_rad_s) < 0.1
+        request = follower.step(pose, 0.35, 0.0, 0.05 * tick, 0.05)
+        assert abs(request.yaw_rad_s) < 0.1
 
 
 def test_steers_to_the_line_and_stops_at_its_end() -> None:
@@ -193,11 +195,11 @@ def test_steers_to_the_line_and_stops_at_its_end() -> None:
         if tick % 2 == 0:
             picture = view.picture(*pose[:2], math.degrees(pose[2]), 160)
             follower.look(picture, pose, now)
-        asked = follower.step(pose, speed, 0.0, now, 0.05)
-        assert asked.linear_m_s <= 0.35
-        speed = asked.linear_m_s
+        request = follower.step(pose, speed, 0.0, now, 0.05)
+        assert request.linear_m_s <= 0.35
+        speed = request.linear_m_s
         pose = pose + 0.05 * np.array(
-            (speed * math.cos(pose[2]), speed * math.sin(pose[2]), asked.yaw_rad_s)
+            (speed * math.cos(pose[2]), speed * math.sin(pose[2]), request.yaw_rad_s)
         )
         if follower.state is not State.FOLLOWS:
             break
@@ -219,8 +221,8 @@ def test_a_slower_chair_asks_for_less_of_both_and_so_for_the_same_curve() -> Non
         assert follower.choose(_picture(view), _pixel(1.3, 0.4), POSE, 0.0) == ""
         for tick in range(1, 40):
             follower.look(_picture(view), POSE, 0.05 * tick)
-            asked = follower.step(POSE, 0.0, 0.0, 0.05 * tick, 0.05)
-        assert asked.linear_m_s == pytest.approx(most_m_s)
-        curves.append(asked.yaw_rad_s / asked.linear_m_s)
+            request = follower.step(POSE, 0.0, 0.0, 0.05 * tick, 0.05)
+        assert request.linear_m_s == pytest.approx(most_m_s)
+        curves.append(request.yaw_rad_s / request.linear_m_s)
     assert curves == pytest.approx([curves[0]] * 4, rel=1e-6)
     assert abs(curves[0]) > 0.05

@@ -124,7 +124,7 @@ def test_ten_thousand_guesses_get_nowhere(desk: Any) -> None:
 def test_what_waits_takes_little_memory(desk: Any) -> None:
     for guess in range(20_000):
         desk.guess(f"{guess:05}-999")
-    assert len(desk._lockout._asked) <= 5000
+    assert len(desk._lockout._requests) <= 5000
 
 
 def test_one_ipv6_network_is_one_guesser(desk: Any) -> None:
@@ -179,16 +179,16 @@ def test_devices_outlive_the_host(desk: Any, again: Any, tmp_path: Path) -> None
 
 def test_a_revoked_device_is_nobody_for_good(desk: Any, again: Any, tmp_path: Path) -> None:
     paired = desk.join()
-    told: list[str] = []
-    desk.on_revoke(told.append)
+    reported: list[str] = []
+    desk.on_revoke(reported.append)
     assert desk.knows(paired.device.id)
     assert desk.revoke(paired.device.id)
-    assert told == [paired.device.id]
+    assert reported == [paired.device.id]
     assert not desk.knows(paired.device.id)
     assert desk.who(paired.token) is None
     assert again(tmp_path / "state").who(paired.token) is None
     assert not desk.revoke(paired.device.id)
-    assert told == [paired.device.id]
+    assert reported == [paired.device.id]
 
 
 def test_only_its_user_may_read_the_file(desk: Any, tmp_path: Path) -> None:

@@ -85,9 +85,9 @@ def test_a_page_that_has_not_heard_of_a_deletion_changes_nobody_else(profiles, t
 
 
 def test_a_sentence_may_have_any_emoji(profiles):
-    said = "Ik zit vast \U0001f469\u200d\U0001f9bd\u200d\u27a1\ufe0f \u2764\ufe0f"
-    profiles.change({"save": {"id": "1", "help_sentence": said}}, False)
-    assert profiles.chosen()["help_sentence"] == said
+    sent = "Ik zit vast \U0001f469\u200d\U0001f9bd\u200d\u27a1\ufe0f \u2764\ufe0f"
+    profiles.change({"save": {"id": "1", "help_sentence": sent}}, False)
+    assert profiles.chosen()["help_sentence"] == sent
     assert reason(profiles, {"save": {"id": "1", "help_sentence": "a\u202eb"}}) == "profile_value"
 
 

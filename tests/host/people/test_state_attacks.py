@@ -141,9 +141,9 @@ def test_a_caretaker_is_told_of_a_damaged_file_until_it_is_written_again(
     cap = SpeedCapStore(state, parts.part("speed_cap"))
     assert cap.read() == 50
     record = Record(state, parts.part("first_drive"))
-    told = {(problem.key, problem.caretaker_only) for problem in of_parts(parts.states())}
-    assert told == {("devices_damaged", True), ("file_damaged", True)}
-    assert {part.reason for part in parts.states().values()} == {key for key, _ in told}
+    reported = {(problem.key, problem.caretaker_only) for problem in of_parts(parts.states())}
+    assert reported == {("devices_damaged", True), ("file_damaged", True)}
+    assert {part.reason for part in parts.states().values()} == {key for key, _ in reported}
     again.join()
     people.change({"save": {"id": "1", "dwell_ms": 800}}, True)
     cap.keep(500)
@@ -177,8 +177,8 @@ def test_a_caretaker_is_told_of_damaged_alerts_and_calibrations_until_they_are_w
     for name in ("alerts.jsonl", "forward.json", "camera_floor.json"):
         DAMAGE[damage](tmp_path / name)
     again = stores()
-    told = [(problem.key, problem.caretaker_only) for problem in of_parts(parts.states())]
-    assert told == [("file_damaged", True)] * 3
+    reported = [(problem.key, problem.caretaker_only) for problem in of_parts(parts.states())]
+    assert reported == [("file_damaged", True)] * 3
     write(*again)
     left = {name for name, part in parts.states().items() if part.reason != "ok"}
     assert left == ({"forward"} if damage == "loop" else set())
@@ -192,8 +192,8 @@ def test_a_diary_on_a_full_disk_is_told_and_kept_when_there_is_space_again(
     with monkeypatch.context() as patch:
         patch.setattr(os, "fsync", _full)
         assert not diary.write([{"number": 1}])
-        (told,) = of_parts(parts.states())
-        assert (told.key, told.caretaker_only) == ("not_kept", True)
+        (reported,) = of_parts(parts.states())
+        assert (reported.key, reported.caretaker_only) == ("not_kept", True)
     assert diary.write([{"number": 1}])
     assert of_parts(parts.states()) == []
     assert diary.read() == [{"number": 1}]
@@ -207,11 +207,11 @@ class Hanging:
     """A disk that hangs at its next sync, until released."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.asked, self.gate = threading.Event(), threading.Event()
+        self.requested, self.gate = threading.Event(), threading.Event()
         fsync = os.fsync
 
         def hang(handle: int) -> None:
-            self.asked.set()
+            self.requested.set()
             assert self.gate.wait(60)
             fsync(handle)
 
@@ -220,7 +220,7 @@ class Hanging:
     def during(self, act: Callable[[], object]) -> threading.Thread:
         thread = threading.Thread(target=act, daemon=True)
         thread.start()
-        assert self.asked.wait(60)
+        assert self.requested.wait(60)
         return thread
 
 

@@ -157,12 +157,12 @@ def test_pages_are_told_what_is_wrong_and_when_it_is_tried_again(
         assert row()["again"] is None
         return
     wait_until(lambda: row()["again"] is not None, "the next try")
-    told = row()
-    if told["again"] is not None:  # the next try may have begun this moment
-        assert -100 < told["again"] - home.rig.look()["token"] <= 10_000
-    assert (told["kind"], told["state"]) == ("input", "lost")
-    assert 0 < len(told["detail"]) <= 200
-    assert told["names"]["nl"] == "Metronoom"
+    reported = row()
+    if reported["again"] is not None:  # the next try may have begun this moment
+        assert -100 < reported["again"] - home.rig.look()["token"] <= 10_000
+    assert (reported["kind"], reported["state"]) == ("input", "lost")
+    assert 0 < len(reported["detail"]) <= 200
+    assert reported["names"]["nl"] == "Metronoom"
 
 
 def test_pages_are_told_of_all_in_the_order_of_the_configuration(
@@ -218,9 +218,9 @@ def test_the_doctor_and_the_list_name_each(tmp_path: Any) -> None:
     assert metronome.found.startswith(f"{file}:2: input.metronome.how must be ")
     assert straight.found == "Drives straight on for 3 s."
     assert "No module" in gone.found
-    told = describe.describe(found.find("input", "metronome"))
-    assert "linear = 600" in told.table
-    assert "[input.metronome]" in told.table
+    reported = describe.describe(found.find("input", "metronome"))
+    assert "linear = 600" in reported.table
+    assert "[input.metronome]" in reported.table
 
 
 def test_two_packages_with_one_name_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -73,7 +73,7 @@ def person() -> Iterator[Person]:
 def test_it_drives_beside_the_page_and_values_change_under_one_press(person: Person) -> None:
     person.want(drive(300, -20))
     assert person.command == (codes.DRIVE, 300, -20)
-    assert person.rig.link.said[0][3] == codes.DRIVER
+    assert person.rig.link.sent[0][3] == codes.DRIVER
     person.want(drive(700, 0), press=False)
     assert person.command == (codes.DRIVE, 700, 0)
     person.want(NOTHING)
@@ -255,8 +255,8 @@ class Riding(Person):
             super().run(0.02)
             if getattr(self, "held", False):
                 token = self.rig.look()["token"]
-                said = self.rig.say(k="mode", mode="ahead", edge=self.edge, token=token)
-                self.refused += [one["reason"] for one in said]
+                sent = self.rig.say(k="mode", mode="ahead", edge=self.edge, token=token)
+                self.refused += [one["reason"] for one in sent]
                 context = self.rig.control.mode_context()
                 if context.mode and self.steers is not None:
                     value = Value(self.rig.now_s, context.press, self.steers)

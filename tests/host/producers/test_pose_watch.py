@@ -61,12 +61,12 @@ def test_a_moment_of_doubt_passes_once_the_pose_is_known_for_a_while(
 
 
 def test_a_pose_that_is_known_for_moments_only_is_lost_as_well(ride: Ride) -> None:
-    said: list[str] = []
-    while LOST not in said:
-        said += ride.run(False, 0.2, STANDING)
-        said += ride.run(True, AGAIN_S - PERIOD_S, STANDING)
-        assert KNOWN not in said
-        assert len(said) * PERIOD_S < STANDS_S + 1.0
+    sent: list[str] = []
+    while LOST not in sent:
+        sent += ride.run(False, 0.2, STANDING)
+        sent += ride.run(True, AGAIN_S - PERIOD_S, STANDING)
+        assert KNOWN not in sent
+        assert len(sent) * PERIOD_S < STANDS_S + 1.0
 
 
 @pytest.mark.parametrize("estimate", [STANDING, None], ids=["unsure", "late"])
@@ -74,10 +74,10 @@ def test_a_pose_that_stays_unknown_is_lost_within_half_a_second(
     ride: Ride, estimate: Estimate | None
 ) -> None:
     """Of when it was last seen there (promise P20); and stays lost, as there is no new press."""
-    said = ride.run(False, 1.0, estimate)
-    assert (said.index(LOST) + 1) * PERIOD_S == pytest.approx(ENDS_S, abs=PERIOD_S + 1e-6)
-    assert (said.index(LOST) + 1) * PERIOD_S <= 0.5
-    assert set(said[said.index(LOST) :]) == {LOST}
+    sent = ride.run(False, 1.0, estimate)
+    assert (sent.index(LOST) + 1) * PERIOD_S == pytest.approx(ENDS_S, abs=PERIOD_S + 1e-6)
+    assert (sent.index(LOST) + 1) * PERIOD_S <= 0.5
+    assert set(sent[sent.index(LOST) :]) == {LOST}
 
 
 def test_a_pose_that_was_old_when_it_was_known_is_lost_sooner(ride: Ride) -> None:
@@ -85,8 +85,8 @@ def test_a_pose_that_was_old_when_it_was_known_is_lost_sooner(ride: Ride) -> Non
     for _ in range(20):
         ride.now_s += PERIOD_S
         assert ride.watch.judge(ride.now_s - old_s, ride.track, ride.now_s) == KNOWN
-    said = ride.run(False, 1.0, None)
-    assert (said.index(LOST) + 1) * PERIOD_S <= 0.5 - old_s + 1e-6
+    sent = ride.run(False, 1.0, None)
+    assert (sent.index(LOST) + 1) * PERIOD_S <= 0.5 - old_s + 1e-6
 
 
 def test_the_first_pose_of_a_motion_is_waited_for(ride: Ride) -> None:

@@ -8,14 +8,14 @@ import pytest
 
 from gazechair.plugins.exchange import BadValue
 from gazechair.producers import exchange
-from gazechair.producers.contract import Said
+from gazechair.producers.contract import Output
 
 SHOWN = {"left_m": 1.5, "px": [[0.5, 0.5]]}
 
 
 def test_what_is_packed_arrives() -> None:
-    said = Said((300, -20), "drives", "", SHOWN)
-    record = exchange.unpack(exchange.pack(12.5, 7, said, 3))
+    sent = Output((300, -20), "drives", "", SHOWN)
+    record = exchange.unpack(exchange.pack(12.5, 7, sent, 3))
     assert (record.state, record.reason, record.shown, record.ask) == ("drives", "", SHOWN, 3)
     assert b"12.5" in record.value
 
@@ -37,7 +37,7 @@ def test_what_is_packed_arrives() -> None:
     ],
 )
 def test_what_no_page_could_read_is_no_record(changed: dict[str, object]) -> None:
-    fields = json.loads(exchange.pack(12.5, 7, Said(None, "thinks", "", SHOWN), 3))
+    fields = json.loads(exchange.pack(12.5, 7, Output(None, "thinks", "", SHOWN), 3))
     with pytest.raises(BadValue):
         exchange.unpack(json.dumps(fields | changed).encode())
 

@@ -14,7 +14,7 @@ from gazechair.base.footprint import Footprint
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
-from gazechair.producers.contract import UNCALIBRATED, Ask, Press, Said, Sensed, Setup
+from gazechair.producers.contract import UNCALIBRATED, Ask, Output, Press, Sensed, Setup
 from gazechair.producers.line import LineProducer
 from gazechair.sensing.odometry.estimate import Estimate
 from gazelink.settings_table import TABLE
@@ -45,20 +45,20 @@ class Chair:
         shot = Shot(out.getvalue(), self._now_s)
         return Sensed(estimates=[Estimate(self._now_s, *(0.0,) * 10, 1.0, (), 1)], picture=shot)
 
-    def waits(self, size: tuple[int, int]) -> Said:
+    def waits(self, size: tuple[int, int]) -> Output:
         """With pictures of that size."""
         for _ in range(5):
-            said = self._producer.wait(self._sensed(size), self._now_s)
-        return said
+            sent = self._producer.wait(self._sensed(size), self._now_s)
+        return sent
 
-    def drives(self, size: tuple[int, int]) -> Said:
+    def drives(self, size: tuple[int, int]) -> Output:
         """Pressed, with pictures of that size."""
         self._producer.press(Press(1, {"ask": 1}, SETTINGS, True, self._now_s))
         for _ in range(5):
-            said = self._producer.step(self._sensed(size), self._now_s)
-            if said.stick is None:
+            sent = self._producer.step(self._sensed(size), self._now_s)
+            if sent.stick is None:
                 break
-        return said
+        return sent
 
 
 @pytest.fixture
@@ -67,8 +67,8 @@ def chair(tmp_path: Path) -> Chair:
 
 
 def test_another_cameras_picture_is_refused_as_such(chair: Chair) -> None:
-    said = chair.waits(ANOTHER)
-    assert (said.state, said.reason) == ("ended", UNCALIBRATED)
+    sent = chair.waits(ANOTHER)
+    assert (sent.state, sent.reason) == ("ended", UNCALIBRATED)
 
 
 @pytest.mark.parametrize("size", [(320, 240), (640, 480), NEARLY])
@@ -81,5 +81,5 @@ def test_a_picture_of_the_calibrated_shape_is_used_at_any_size(
 
 def test_a_camera_that_is_replaced_ends_the_ride(chair: Chair) -> None:
     assert chair.waits((320, 240)).state == "ready"
-    said = chair.drives(ANOTHER)
-    assert (said.state, said.reason) == ("ended", UNCALIBRATED)
+    sent = chair.drives(ANOTHER)
+    assert (sent.state, sent.reason) == ("ended", UNCALIBRATED)

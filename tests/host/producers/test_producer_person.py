@@ -12,7 +12,7 @@ import pytest
 from gazechair.base.footprint import Footprint
 from gazechair.config.settings import LidarConfig
 from gazechair.producers import exchange
-from gazechair.producers.contract import Press, Said, Sensed, Setup
+from gazechair.producers.contract import Output, Press, Sensed, Setup
 from gazechair.producers.person import NARROW, OLD_S, SIGHT_LOST, UNSEEN, PersonProducer
 from gazechair.producers.runner import Runner
 from gazechair.sensing.odometry.child import Lidars
@@ -39,7 +39,7 @@ class Chair:
         self.gap_m = math.inf  # between two pillars right before its front
         self._way = 0.0
         self._random = np.random.default_rng(3)
-        self.said = Said(None)
+        self.sent = Output(None)
 
     def press(self, sees_behind: bool = True, **settings: int) -> None:
         chosen = {**_SETTINGS, **settings}
@@ -72,7 +72,7 @@ class Chair:
             self.person += walk_m_s * _HALF_S
             self._way += abs(walk_m_s) * _HALF_S
 
-    def runs(self, seconds: float, walk_m_s: float = 0.0, asked: bool = True) -> list[Said]:
+    def runs(self, seconds: float, walk_m_s: float = 0.0, requested: bool = True) -> list[Output]:
         """Run; returns the output of each step."""
         found, kept = [], Sensed()
         for number in range(round(seconds / _HALF_S)):
@@ -80,13 +80,13 @@ class Chair:
             piece, estimate = self.half(number)
             kept.pieces.append(piece)
             kept.estimates.append(estimate)
-            if asked:
+            if requested:
                 found.append(self.producer.step(kept, self.now_s))
                 kept = Sensed()
         self.waiting = kept
         return found
 
-    def blind(self, seconds: float) -> list[Said]:
+    def blind(self, seconds: float) -> list[Output]:
         """Run without lidar, or without odometry."""
         found = []
         for _ in range(round(seconds / _HALF_S)):
@@ -99,10 +99,10 @@ class Chair:
         self.press()
         self.runs(3.0, -0.5)
         self.runs(2.6)
-        said = self.runs(2.0, 0.4)[-1]
-        assert said.state == "drives"
-        assert said.stick is not None
-        assert said.stick[0] > 100
+        sent = self.runs(2.0, 0.4)[-1]
+        assert sent.state == "drives"
+        assert sent.stick is not None
+        assert sent.stick[0] > 100
 
 
 @pytest.fixture
@@ -112,25 +112,25 @@ def chair() -> Chair:
 
 def test_stands_until_somebody_stands_before_it_then_follows(chair: Chair) -> None:
     chair.press()
-    said = chair.runs(4.0, -0.39)
-    assert {(one.stick, one.state, one.reason) for one in said} == {
+    sent = chair.runs(4.0, -0.39)
+    assert {(one.stick, one.state, one.reason) for one in sent} == {
         ((0, 0), "waits", "person_choosing")
     }
     assert chair.runs(2.6)[-1].state == "drives"
-    said = chair.runs(2.0, 0.4)
-    assert said[-1].stick is not None
-    assert said[-1].stick[0] > 100
+    sent = chair.runs(2.0, 0.4)
+    assert sent[-1].stick is not None
+    assert sent[-1].stick[0] > 100
 
 
 def test_who_came_before_the_press_need_not_come_again(chair: Chair) -> None:
     chair.person = 2.55
-    chair.runs(1.4, -0.5, asked=False)
-    heard = chair.waiting
-    chair.runs(1.8, asked=False)
-    heard.pieces += chair.waiting.pieces
-    heard.estimates += chair.waiting.estimates
+    chair.runs(1.4, -0.5, requested=False)
+    received = chair.waiting
+    chair.runs(1.8, requested=False)
+    received.pieces += chair.waiting.pieces
+    received.estimates += chair.waiting.estimates
     chair.press()
-    chair.producer.step(heard, chair.now_s)
+    chair.producer.step(received, chair.now_s)
     assert chair.runs(0.5)[-1].state == "drives"
 
 
@@ -159,11 +159,11 @@ class _Pressed:
             for lidar, before_s in ((1, 0.02), (0, 0.0)):
                 first_s, last_s = (float(piece.times_s[k]) - before_s for k in (0, -1))
                 seen = piece.directions_deg, piece.distances_m
-                self._runner.heard(HalfTurn(lidar, *seen, first_s, last_s), chair.now_s)
+                self._runner.received(HalfTurn(lidar, *seen, first_s, last_s), chair.now_s)
                 at_s = piece.middle_s - before_s
-                self._runner.heard(replace(estimate, time_s=at_s), chair.now_s)
+                self._runner.received(replace(estimate, time_s=at_s), chair.now_s)
             for late_s in (0.04, 0.02, 0.0):
-                self._runner.heard(Motion(chair.now_s - late_s, None, 0, 0), chair.now_s)
+                self._runner.received(Motion(chair.now_s - late_s, None, 0, 0), chair.now_s)
             more = {"target": {}, "settings": _SETTINGS, "may_reverse": True, "cap_permille": 1000}
             self._runner.word({"at_s": chair.now_s, "press": press, **more})
             self._runner.tick(chair.now_s)
@@ -182,26 +182,26 @@ def test_with_two_lidars_who_stands_there_at_the_press_is_followed_at_once(chair
 def test_with_an_output_limit_in_the_deadband_it_asks_for_no_motion_along(chair: Chair) -> None:
     deadband = profile_row(_SETTINGS["profile"], "deadband_permille")
     chair.press(**{deadband: 300, "linear_permille": 150})
-    said = [*chair.runs(3.0, -0.5), *chair.runs(2.6), *chair.runs(2.0, 0.4)]
-    assert "drives" in {one.state for one in said}
-    assert {one.stick[0] for one in said if one.stick is not None} == {0}
+    sent = [*chair.runs(3.0, -0.5), *chair.runs(2.6), *chair.runs(2.0, 0.4)]
+    assert "drives" in {one.state for one in sent}
+    assert {one.stick[0] for one in sent if one.stick is not None} == {0}
 
 
 def test_nobody_comes(chair: Chair) -> None:
     chair.person = None
     chair.press()
-    said = chair.runs(16.0)
-    assert (said[-1].stick, said[-1].state, said[-1].reason) == (None, "ended", "person_nobody")
-    assert all(one.stick in ((0, 0), None) for one in said)
+    sent = chair.runs(16.0)
+    assert (sent[-1].stick, sent[-1].state, sent[-1].reason) == (None, "ended", "person_nobody")
+    assert all(one.stick in ((0, 0), None) for one in sent)
 
 
 def test_out_of_sight_stands_then_ends_and_says_why(chair: Chair) -> None:
     chair.follows()
     chair.person = None
-    said = chair.runs(1.5)
-    assert said[3].stick == (0, 0)  # with the first whole turn
-    assert said[10].reason == "person_hidden"
-    assert (said[-1].stick, said[-1].state, said[-1].reason) == (None, "ended", "person_lost")
+    sent = chair.runs(1.5)
+    assert sent[3].stick == (0, 0)  # with the first whole turn
+    assert sent[10].reason == "person_hidden"
+    assert (sent[-1].stick, sent[-1].state, sent[-1].reason) == (None, "ended", "person_lost")
 
 
 def test_stands_and_says_so_where_the_chair_does_not_fit(chair: Chair) -> None:
@@ -210,35 +210,35 @@ def test_stands_and_says_so_where_the_chair_does_not_fit(chair: Chair) -> None:
     chair.press()
     chair.runs(3.0, -0.5)
     chair.runs(2.6)
-    said = chair.runs(4.0, 0.15)
-    assert (said[-1].stick, said[-1].state, said[-1].reason) == ((0, 0), "waits", NARROW)
+    sent = chair.runs(4.0, 0.15)
+    assert (sent[-1].stick, sent[-1].state, sent[-1].reason) == ((0, 0), "waits", NARROW)
 
 
 def test_without_a_lidar_or_odometry_it_stands_then_ends(chair: Chair) -> None:
     chair.follows()
-    said = chair.blind(1.5)
+    sent = chair.blind(1.5)
     late = round(OLD_S / _HALF_S)
-    assert all(one.stick == (0, 0) for one in said[late + 1 : 2 * late])
-    assert said[2 * late].reason == SIGHT_LOST
-    assert (said[-1].stick, said[-1].state, said[-1].reason) == (None, "ended", SIGHT_LOST)
+    assert all(one.stick == (0, 0) for one in sent[late + 1 : 2 * late])
+    assert sent[2 * late].reason == SIGHT_LOST
+    assert (sent[-1].stick, sent[-1].state, sent[-1].reason) == (None, "ended", SIGHT_LOST)
 
 
 def test_without_a_lidar_from_the_start_it_says_so(chair: Chair) -> None:
     chair.press()
-    said = chair.blind(2.0)
-    assert all(one.stick in ((0, 0), None) for one in said)
-    assert said[-1].reason == SIGHT_LOST
+    sent = chair.blind(2.0)
+    assert all(one.stick in ((0, 0), None) for one in sent)
+    assert sent[-1].reason == SIGHT_LOST
 
 
 def test_a_chair_that_does_not_see_behind_itself_says_so_at_once(chair: Chair) -> None:
     chair.press(sees_behind=False)
-    assert chair.runs(0.1)[0] == Said(None, "ended", UNSEEN)
+    assert chair.runs(0.1)[0] == Output(None, "ended", UNSEEN)
 
 
 def test_odometry_that_begins_afresh_ends_it(chair: Chair) -> None:
     chair.follows()
     chair.track = 2
-    assert Said(None, "ended", SIGHT_LOST) in chair.runs(0.2)
+    assert Output(None, "ended", SIGHT_LOST) in chair.runs(0.2)
     chair.press()  # anew: whoever stands there is chosen anew
     assert chair.runs(0.3)[-1].reason == "person_choosing"
 
@@ -246,9 +246,9 @@ def test_odometry_that_begins_afresh_ends_it(chair: Chair) -> None:
 def test_the_same_piece_again_is_no_sight(chair: Chair) -> None:
     chair.follows()
     piece, estimate = chair.half(0)
-    said = []
+    sent = []
     for _ in range(20):
         chair.now_s += _HALF_S
-        said.append(chair.producer.step(Sensed([piece], [estimate]), chair.now_s))
-    assert all(one.stick in ((0, 0), None) for one in said[8:])
-    assert said[-1].reason == SIGHT_LOST
+        sent.append(chair.producer.step(Sensed([piece], [estimate]), chair.now_s))
+    assert all(one.stick in ((0, 0), None) for one in sent[8:])
+    assert sent[-1].reason == SIGHT_LOST

@@ -108,14 +108,14 @@ def test_no_step_waits_for_the_map(
 ) -> None:
     producer.press(press(1))
     for at_s in (10.0, 40.0):
-        said = producer.step(Sensed(), at_s)
-        assert (said.stick, said.state) == ((0, 0), "thinks")
+        sent = producer.step(Sensed(), at_s)
+        assert (sent.stick, sent.state) == ((0, 0), "thinks")
     assert not made
     thinker.compute()
     assert len(made) == 1
     assert producer.step(Sensed(), 40.0).state == "thinks"  # the wait for a pose begins
-    said = producer.step(Sensed(), 40.1 + STANDS_S)
-    assert (said.stick, said.reason) == (None, place.POSE_LOST)
+    sent = producer.step(Sensed(), 40.1 + STANDS_S)
+    assert (sent.stick, sent.reason) == (None, place.POSE_LOST)
 
 
 def test_where_no_lidar_sees_behind_it_says_so(
@@ -124,8 +124,8 @@ def test_where_no_lidar_sees_behind_it_says_so(
     """The board would permit no turn, and nobody could clear a way."""
     producer.press(press(1, may_reverse=False))
     assert not thinker.todo
-    said = producer.step(Sensed(), 10.0)
-    assert (said.stick, said.state, said.reason) == (None, "ended", place.UNSEEN_BEHIND)
+    sent = producer.step(Sensed(), 10.0)
+    assert (sent.stick, sent.state, sent.reason) == (None, "ended", place.UNSEEN_BEHIND)
     producer.press(press(2))
     assert producer.step(Sensed(), 10.1).state == "thinks"
 
@@ -137,8 +137,8 @@ def test_another_press_does_not_wait_for_the_map_of_the_one_before(
     producer.press(press(2, "b"))
     assert thinker.todo[0][0].cancelled()
     thinker.compute()
-    said = producer.step(Sensed(), 10.0)
-    assert (said.stick, said.reason) == (None, place.MAP_GONE)
+    sent = producer.step(Sensed(), 10.0)
+    assert (sent.stick, sent.reason) == (None, place.MAP_GONE)
 
 
 def test_another_press_in_the_same_map_does_not_prepare_it_again(
@@ -198,16 +198,16 @@ def test_the_old_goals_path_is_not_shown_as_the_new_goals(
     assert shown["left_m"] == pytest.approx(2.0, abs=0.1)
     now_s += 0.05
     producer.press(press(2, at_s=now_s, y=y_m))
-    said = producer.step(here(now_s), now_s)
-    assert (said.state, said.shown) == ("drives", {"way": []})
+    sent = producer.step(here(now_s), now_s)
+    assert (sent.state, sent.shown) == ("drives", {"way": []})
     now_s = drive(producer, thinker, now_s + 0.05)
-    said = producer.step(here(now_s), now_s)
-    assert said.state == state
+    sent = producer.step(here(now_s), now_s)
+    assert sent.state == state
     if state == "blocked":
-        assert said.shown == {"way": []}
+        assert sent.shown == {"way": []}
     else:
-        assert said.shown["way"][-1] == [2.0, 3.0]
-        assert said.shown["left_m"] > 2.0
+        assert sent.shown["way"][-1] == [2.0, 3.0]
+        assert sent.shown["left_m"] > 2.0
 
 
 @pytest.mark.parametrize(
@@ -257,11 +257,11 @@ def test_a_late_pose_makes_it_stand_and_go_on_along_its_path(
     mission = producer._mission.result()
     assert mission is not None
     way, plans = mission.way, mission.plans
-    said = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, round(ENDS_S / 0.05))]
-    assert said[0].stick != (0, 0)
-    stands = next(n for n, one in enumerate(said, 1) if one.reason == POSE_DOUBTED)
-    assert {(one.stick, one.state) for one in said[stands - 1 :]} == {((0, 0), "waits")}
-    assert said[-1].shown["way"]
+    sent = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, round(ENDS_S / 0.05))]
+    assert sent[0].stick != (0, 0)
+    stands = next(n for n, one in enumerate(sent, 1) if one.reason == POSE_DOUBTED)
+    assert {(one.stick, one.state) for one in sent[stands - 1 :]} == {((0, 0), "waits")}
+    assert sent[-1].shown["way"]
     now_s += ENDS_S
     again = [producer.step(here(now_s + 0.05 * n), now_s + 0.05 * n) for n in range(12)]
     moves = next(n for n, one in enumerate(again) if one.stick != (0, 0))
@@ -273,11 +273,11 @@ def test_a_late_pose_makes_it_stand_and_go_on_along_its_path(
 def test_a_pose_that_stays_unknown_ends_it(producer: place.PlaceProducer, thinker: Later) -> None:
     producer.press(press(1))
     now_s = drive(producer, thinker, 10.0, 20)
-    said = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, 80)]
-    ends = next(n for n, one in enumerate(said, 1) if one.stick is None)
+    sent = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, 80)]
+    ends = next(n for n, one in enumerate(sent, 1) if one.stick is None)
     assert 0.05 * ends <= 0.5  # promise P20
-    assert (said[ends - 1].state, said[ends - 1].reason) == ("ended", place.POSE_LOST)
-    assert all(one.stick == (0, 0) for one in said[6 : ends - 1])
+    assert (sent[ends - 1].state, sent[ends - 1].reason) == ("ended", place.POSE_LOST)
+    assert all(one.stick == (0, 0) for one in sent[6 : ends - 1])
     assert producer.step(here(now_s + 4.0), now_s + 4.0).stick is None  # without a new press
 
 
@@ -289,8 +289,8 @@ def test_a_chair_that_is_in_another_map_does_not_wait(
     sensed = here(now_s)
     assert sensed.where is not None
     sensed.where = replace(sensed.where, map="b")
-    said = producer.step(sensed, now_s)
-    assert (said.stick, said.state, said.reason) == (None, "ended", place.POSE_LOST)
+    sent = producer.step(sensed, now_s)
+    assert (sent.stick, sent.state, sent.reason) == (None, "ended", place.POSE_LOST)
 
 
 def test_a_large_map_is_not_kept_while_another_is_prepared(

@@ -25,15 +25,15 @@ def messages_of(language: str) -> dict[str, dict[str, str]]:
 def test_what_is_said_of_every_kind_names_places_only(language: str, kind: str, key: str) -> None:
     """A name that people did not give is in one language, and is no place to go to."""
     messages = messages_of(language)
-    said = messages.get(f"{key}_{kind}", messages[key])
-    assert "{name}" not in said["text"] + said["do"]
+    sent = messages.get(f"{key}_{kind}", messages[key])
+    assert "{name}" not in sent["text"] + sent["do"]
 
 
 @pytest.mark.parametrize("language", ["nl", "en"])
 def test_a_doubted_pose_has_its_sentence_for_places_and_spots(language: str) -> None:
-    said = messages_of(language)[ride.POSE_DOUBTED]
-    assert said["text"]
-    assert "{name}" not in said["text"] + said["do"]
+    sent = messages_of(language)[ride.POSE_DOUBTED]
+    assert sent["text"]
+    assert "{name}" not in sent["text"] + sent["do"]
 
 
 @pytest.mark.parametrize("language", ["nl", "en"])

@@ -11,7 +11,7 @@ from gazechair.base.health import Health
 from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext, ModeOutput
 from gazechair.producers import exchange
-from gazechair.producers.contract import Said
+from gazechair.producers.contract import Output
 from gazechair.producers.places import Target
 from gazechair.producers.producers import Producers
 from gazechair.producers.service import ProducerService, child_setup
@@ -47,7 +47,7 @@ class Chair:
         )
         made.connect(self, lambda: self.settings, lambda: "")  # type: ignore[arg-type]
         made.look()
-        made._on_data(exchange.pack(self.now_s, 0, Said(None)))
+        made._on_data(exchange.pack(self.now_s, 0, Output(None)))
         return made
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
@@ -73,13 +73,13 @@ class Chair:
         """Press a tile of that kind."""
         self._mode, self._press = f"to-{kind}", self._press + 1
         self._tick()
-        record = exchange.pack(self.now_s, self._press, Said(stick, "drives"))
+        record = exchange.pack(self.now_s, self._press, Output(stick, "drives"))
         self._services[kind]._on_data(record)
         self._tick()
 
     def ends(self, kind: str, state: str, reason: str = "") -> None:
         """Its producer ends the motion."""
-        record = exchange.pack(self.now_s, self._press, Said(None, state, reason))
+        record = exchange.pack(self.now_s, self._press, Output(None, state, reason))
         self._services[kind]._on_data(record)
         self._mode = ""
         self._tick()
@@ -87,8 +87,10 @@ class Chair:
     @property
     def news(self) -> tuple[str, ...] | None:
         """Kind, state and reason."""
-        told = self._producers.news()
-        return None if told is None else (told["kind"], told["state"], told["reason"])
+        reported = self._producers.news()
+        return (
+            None if reported is None else (reported["kind"], reported["state"], reported["reason"])
+        )
 
 
 @pytest.fixture

@@ -52,13 +52,13 @@ def test_plans_that_move_nothing_do_not_make_it_last_for_ever(moves: bool, ends:
     for n in range(round(120.0 / 0.05)):
         now_s = 0.05 * n
         at = Estimate(now_s, *(0.0,) * 10, 1.0, (), 1)
-        said = ride.step(mission, GOAL, (0.0, 0.0, 0.0), at, now_s)
-        if said.stick is None:
+        sent = ride.step(mission, GOAL, (0.0, 0.0, 0.0), at, now_s)
+        if sent.stick is None:
             break
-    assert (said.state == "ended") is ends
+    assert (sent.state == "ended") is ends
     if ends:
         assert 38.0 < now_s < 46.0
-        assert said.reason == NO_WAY
+        assert sent.reason == NO_WAY
 
 
 def test_the_speed_cap_reaches_the_mission() -> None:

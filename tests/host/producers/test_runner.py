@@ -11,19 +11,19 @@ import pytest
 
 from gazechair.plugins.exchange import AUTO_LIFE_S
 from gazechair.plugins.exchange import unpack as value_of
-from gazechair.producers.contract import STEP_S, Press, Producer, Said, Sensed, Setup
+from gazechair.producers.contract import STEP_S, Output, Press, Producer, Sensed, Setup
 from gazechair.producers.exchange import unpack
 from gazechair.producers.runner import Runner
 from gazechair.sensing.odometry.child import Lidars
 
-_DRIVES = Said((400, 0), "drives")
+_DRIVES = Output((400, 0), "drives")
 
 
 class _Drives(Producer):
     def press(self, press: Press) -> None:
         pass
 
-    def step(self, sensed: Sensed, now_s: float) -> Said:
+    def step(self, sensed: Sensed, now_s: float) -> Output:
         return _DRIVES
 
 
@@ -52,7 +52,7 @@ class _Rig:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now_s, self.takes_s, self.press = 100.0, 0.005, 1
-        self.said: list[tuple[float, float, tuple[int, int] | None, str]] = []
+        self.sent: list[tuple[float, float, tuple[int, int] | None, str]] = []
         self._slow = _Slow(self)
         monkeypatch.setattr("gazechair.producers.runner.wait", lambda _futures, s: self._pass(s))
         setup: Any = Setup
@@ -71,7 +71,7 @@ class _Rig:
         value = value_of(record.value)
         drives = value.intent.do == "drive"
         stick = (value.intent.linear_permille, value.intent.turn_permille) if drives else None
-        self.said.append((self.now_s, value.born_s, stick, record.state))
+        self.sent.append((self.now_s, value.born_s, stick, record.state))
 
     def run(self, seconds: float, gap_s: float = STEP_S) -> None:
         """Tick for that long, pressed."""
@@ -86,11 +86,11 @@ class _Rig:
 
     def standing(self) -> list[str]:
         """States of reports that stop the chair."""
-        return [state for _, _, stick, state in self.said if stick != (400, 0)]
+        return [state for _, _, stick, state in self.sent if stick != (400, 0)]
 
     def lapses(self) -> int:
         """Number of times that the newest value had expired before the next one."""
-        lives = [(now_s, born_s + AUTO_LIFE_S) for now_s, born_s, _, _ in self.said]
+        lives = [(now_s, born_s + AUTO_LIFE_S) for now_s, born_s, _, _ in self.sent]
         return sum(b[0] >= a[1] for a, b in pairwise(lives))
 
 
@@ -102,9 +102,9 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> _Rig:
 def test_each_step_reports_what_it_decides(rig: _Rig) -> None:
     """Every 50 ms, born at its end."""
     rig.run(0.99)
-    assert len(rig.said) == 20
-    assert {said[2:] for said in rig.said} == {((400, 0), "drives")}
-    assert max(now_s - born_s for now_s, born_s, _, _ in rig.said) < 0.001
+    assert len(rig.sent) == 20
+    assert {sent[2:] for sent in rig.sent} == {((400, 0), "drives")}
+    assert max(now_s - born_s for now_s, born_s, _, _ in rig.sent) < 0.001
 
 
 @pytest.mark.parametrize("takes_s", [0.035, 0.06, 0.075])
@@ -128,9 +128,9 @@ def test_one_that_thinks_for_long_stands_before_its_value_expires(rig: _Rig) -> 
     assert set(rig.standing()) == {"thinks"}
     assert rig.lapses() == 0
     rig.takes_s = 0.005
-    rig.said.clear()
+    rig.sent.clear()
     rig.run(1.5)
-    ended = [(now_s, born_s) for now_s, born_s, stick, _ in rig.said if stick == (400, 0)]
+    ended = [(now_s, born_s) for now_s, born_s, stick, _ in rig.sent if stick == (400, 0)]
     assert ended[0][0] - ended[0][1] > AUTO_LIFE_S
     assert ended[1][0] - ended[1][1] < 0.01
 
@@ -142,9 +142,9 @@ def test_a_press_during_another_ones_step_is_answered_at_once(rig: _Rig) -> None
     rig.takes_s = 1.0
     rig.run(0.01, gap_s=0.0)
     rig.press = 2
-    rig.said.clear()
+    rig.sent.clear()
     rig.run(0.01, gap_s=0.0)
-    assert [state for _, _, _, state in rig.said] == ["thinks"]
+    assert [state for _, _, _, state in rig.sent] == ["thinks"]
 
 
 def test_a_value_is_at_most_as_old_as_a_step_may_take(rig: _Rig) -> None:
@@ -153,15 +153,15 @@ def test_a_value_is_at_most_as_old_as_a_step_may_take(rig: _Rig) -> None:
         rig.takes_s = takes_s
         began_s = rig.now_s
         rig.run(0.4, gap_s=0.4)
-        mine = [born_s for _, born_s, stick, _ in rig.said if stick == (400, 0)]
+        mine = [born_s for _, born_s, stick, _ in rig.sent if stick == (400, 0)]
         assert mine[-1] <= began_s + 0.05 + 1e-9
 
 
 def test_one_that_is_starved_reports_nothing(rig: _Rig) -> None:
     """Ticks that do not come are a planner that has fallen silent: its value expires."""
     rig.run(0.5)
-    last_s = rig.said[-1][1]
+    last_s = rig.sent[-1][1]
     rig.now_s += 0.3
     rig.run(STEP_S)
     assert rig.lapses() == 1
-    assert rig.said[-2][1] == last_s
+    assert rig.sent[-2][1] == last_s

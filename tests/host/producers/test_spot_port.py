@@ -68,8 +68,8 @@ def test_what_is_no_spot_is_refused(chair: Chair, at: Any) -> None:
     for more in ({"tile": "follow-line", "at": at}, {"tile": 7, "at": None}, {}):
         if not more:
             token = -1
-        said = chair.host.port.receive(chair.page.client, {"k": "spot", "token": token, **more})
-        assert said[0]["reason"] == "bad_message"
+        sent = chair.host.port.receive(chair.page.client, {"k": "spot", "token": token, **more})
+        assert sent[0]["reason"] == "bad_message"
     assert len(chair.chosen) == count
 
 
@@ -79,12 +79,12 @@ def test_another_page_a_caretaker_a_viewer_and_a_late_one_choose_nothing(chair: 
     spot = {"k": "spot", "tile": "follow-line", "at": [0.5, 0.5]}
     for role in ("driver", "caretaker", "viewer"):
         page = Page(chair.host, role)
-        said = chair.host.port.receive(page.client, {**spot, "token": chair.host.control.token()})
-        assert said[0]["reason"] == "not_owner"
+        sent = chair.host.port.receive(page.client, {**spot, "token": chair.host.control.token()})
+        assert sent[0]["reason"] == "not_owner"
         page.close()
     old = chair.host.control.token()
     chair.run(1500)
-    said = chair.host.port.receive(chair.page.client, {**spot, "token": old})
-    assert said[0]["reason"] == "stale_token"
+    sent = chair.host.port.receive(chair.page.client, {**spot, "token": old})
+    assert sent[0]["reason"] == "stale_token"
     assert len(chair.chosen) == count
     assert chair.harmless()

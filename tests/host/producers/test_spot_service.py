@@ -12,7 +12,7 @@ from gazechair.base.health import Health
 from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext, ModeOutput
 from gazechair.producers import exchange
-from gazechair.producers.contract import CHANGED, Said
+from gazechair.producers.contract import CHANGED, Output
 from gazechair.producers.places import Target
 from gazechair.producers.service import STOPPED, child_setup
 from gazechair.producers.spot_service import SpotService
@@ -37,12 +37,12 @@ class Chair:
         )
         self.service.connect(self, lambda: SETTINGS, lambda: self.override)  # type: ignore[arg-type]
         self.service.look()
-        self._says(0, Said(None))
+        self._says(0, Output(None))
         self.looks()
-        self._says(0, Said(None, "ready"), ask=1)
+        self._says(0, Output(None, "ready"), ask=1)
         self._mode, self._press = self.service.spot()["mode"], 1  # type: ignore[index]
         self._tick()
-        self._says(1, Said((200, 0), "drives"))
+        self._says(1, Output((200, 0), "drives"))
         self._tick()
         assert self.service.rides
 
@@ -54,8 +54,8 @@ class Chair:
         nothing = dict.fromkeys(SEES)
         return ModeContext(self._mode, self._press, self.now_s, self.armed, 0.0, 0.0, nothing, SEES)
 
-    def _says(self, press: int, said: Said, ask: int = 0) -> None:
-        self.service._on_data(exchange.pack(self.now_s, press, said, ask))
+    def _says(self, press: int, sent: Output, ask: int = 0) -> None:
+        self.service._on_data(exchange.pack(self.now_s, press, sent, ask))
 
     def _tick(self) -> None:
         self.service.tick()

@@ -153,7 +153,7 @@ def test_rows_are_not_much_shorter_than_they_must_be() -> None:
     ways = arc_reach(footprint).ways(points, Sweeps(footprint).contacts(points))
     wide = Footprint(DEFAULT_CORNERS, Margins(0.11, 0.08, 0.11)).parts[0]
     for row in (0, 2, 5):
-        told_m = ways[:, row].astype(float) * arcs.UNIT_MM / 1000.0
+        reported_m = ways[:, row].astype(float) * arcs.UNIT_MM / 1000.0
         worst = np.full(len(points), np.inf)
         for heading in np.linspace(0.0, math.radians(arcs.TURNS_DEG[row]), 12):
             for course in np.linspace(0.0, float(heading), 6):
@@ -162,7 +162,7 @@ def test_rows_are_not_much_shorter_than_they_must_be() -> None:
                     hit = touches(wide, np.array([at]), points)
                     worst = np.where(hit, np.minimum(worst, travel_m), worst)
         # 5 cm is the step of the paths here.
-        assert (told_m >= np.minimum(worst, 1.2) - 0.06).all()
+        assert (reported_m >= np.minimum(worst, 1.2) - 0.06).all()
         assert np.isfinite(worst).mean() > 0.2
 
 

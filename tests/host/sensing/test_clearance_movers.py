@@ -58,17 +58,17 @@ def test_a_fit_that_has_settled_is_as_good_as_one_that_goes_on(
 ) -> None:
     # Speeds up, turns, brakes; somebody comes. One film is fitted to the end each time.
     ways = [(0.05 * k, 0.0) for k in range(10)] + [(0.5, 6.0)] * 10 + [(0.1, 0.0)] * 10
-    said: list[list[tuple[float, float, bool]]] = []
+    reported: list[list[tuple[float, float, bool]]] = []
     for settled in (None, 0.0):
         if settled is not None:
             monkeypatch.setattr(movers, "_SETTLED_M", settled)
         film = Film(plan("living"))
         film.room.people = (Person(((4.0, 0.3),)),)
-        said.append([])
+        reported.append([])
         for speed_m_s, rate_deg_s in ways:
             coming = len(film.look(speed_m_s, rate_deg_s, walk_m_s=0.8)) > 0
-            said[-1].append((film.movers.speed_m_s, film.movers.rate_deg_s, coming))
-    early, whole = (np.array(one) for one in said)
+            reported[-1].append((film.movers.speed_m_s, film.movers.rate_deg_s, coming))
+    early, whole = (np.array(one) for one in reported)
     assert np.abs(early[:, 0] - whole[:, 0]).max() < 0.005
     assert np.abs(early[:, 1] - whole[:, 1]).max() < 0.1
     assert (early[:, 2] == whole[:, 2]).all()

@@ -155,8 +155,8 @@ def blank(view_states: np.ndarray = OPEN, origin: tuple[float, float] = ORIGIN) 
 
 
 def judged(merger: Evaluator, *views: ChairView) -> tuple[int, int]:
-    said = merger(views)
-    return said["blocked"], said["unseen"]
+    reported = merger(views)
+    return reported["blocked"], reported["unseen"]
 
 
 @pytest.mark.parametrize(
@@ -211,9 +211,9 @@ def test_the_nearer_of_two_counts() -> None:
         np.array([[-1.5, 0.0], [-1.5, 0.005], [-1.5, -0.005]]), OPEN, (-0.4, 0.0), 1.0, codes.REAL
     )
     for _ in range(2):
-        said = evaluator((ahead, behind))
-    assert said["forward_mm"] == pytest.approx(800, abs=45)
-    assert said["backward_mm"] == pytest.approx(1000, abs=41)
+        reported = evaluator((ahead, behind))
+    assert reported["forward_mm"] == pytest.approx(800, abs=45)
+    assert reported["backward_mm"] == pytest.approx(1000, abs=41)
 
 
 def walls(distance_m: float) -> ChairView:
@@ -223,9 +223,9 @@ def walls(distance_m: float) -> ChairView:
 def test_noise_does_not_move_what_is_said() -> None:
     evaluator = evaluator_of([ORIGIN])
     noise = np.random.default_rng(2).uniform(-0.015, 0.015, 200)
-    said = [evaluator((walls(1.0 + n),))["forward_mm"] for n in noise]
-    assert len(set(said[100:])) == 1
-    assert max(said[100:]) <= 1000
+    reported = [evaluator((walls(1.0 + n),))["forward_mm"] for n in noise]
+    assert len(set(reported[100:])) == 1
+    assert max(reported[100:]) <= 1000
     nothing = evaluator((ChairView(np.zeros((0, 2)), OPEN, ORIGIN, 9.0, codes.REAL),))
     assert nothing["forward_mm"] == nothing["right_q4_deg"] == CLEAR_FAR
 
@@ -237,10 +237,10 @@ def test_what_is_said_never_exceeds_what_is_seen(ways: list[float]) -> None:
     before_mm = 0
     for way in ways:
         seen_mm = 1000.0 * reach_of(CHAIR).update(walls(way))[F]
-        said_mm = evaluator((walls(way),))["forward_mm"]
-        assert said_mm <= seen_mm
-        assert said_mm >= min(seen_mm, max(before_mm, seen_mm - 40.0)) - 1.001
-        before_mm = said_mm
+        reported_mm = evaluator((walls(way),))["forward_mm"]
+        assert reported_mm <= seen_mm
+        assert reported_mm >= min(seen_mm, max(before_mm, seen_mm - 40.0)) - 1.001
+        before_mm = reported_mm
 
 
 # -- bends -----------------------------------------------------------------------------------------
@@ -268,17 +268,17 @@ def test_forward_an_obstacle_within_the_side_margin_leaves_creep() -> None:
     creeps_m = float(ZONE.of(F).permits_at[1])  # type: ignore[union-attr]
     for gap_m in (0.0, 0.005, 0.018):
         for x in (-0.4, 0.0, 0.6):
-            told = reach_of(CHAIR).update(beside(gap_m, x))[F]
+            reported = reach_of(CHAIR).update(beside(gap_m, x))[F]
             # The board wants 6 cm more before it goes on, and the evaluation keeps 4 cm back.
-            assert creeps_m + 0.10 < told < creeps_m + 0.12
+            assert creeps_m + 0.10 < reported < creeps_m + 0.12
     assert reach_of(CHAIR).update(beside(0.03))[F] > 2.0
 
 
 def test_a_bend_longer_than_stopping_takes_limits_nothing() -> None:
     most_m = float(ZONE.of(B).permits_at.max())  # type: ignore[union-attr]
     for gap_m in np.linspace(0.01, 0.4, 40):
-        told = reach_of(CHAIR).update(beside(float(gap_m)))[B]
-        assert told <= most_m or told > 2.5
+        reported = reach_of(CHAIR).update(beside(float(gap_m)))[B]
+        assert reported <= most_m or reported > 2.5
 
 
 def test_until_the_board_has_said_how_it_stops_a_bend_has_no_margin() -> None:

@@ -50,11 +50,11 @@ def hall(*people: Person, furniture: tuple = ()) -> Room:
 
 
 def test_the_way_told_grows_with_the_way_and_is_never_longer() -> None:
-    told = [AHEAD.told_m(way_m) for way_m in np.arange(0.0, 6.0, 0.01)]
-    assert told == sorted(told)
-    assert all(0.0 <= one <= way for one, way in zip(told, np.arange(0, 6, 0.01), strict=True))
-    assert AHEAD.told_m(AHEAD.blocked_within_m - 0.001) == 0.0
-    assert AHEAD.told_m(math.inf) == math.inf
+    reported = [AHEAD.reported_m(way_m) for way_m in np.arange(0.0, 6.0, 0.01)]
+    assert reported == sorted(reported)
+    assert all(0.0 <= one <= way for one, way in zip(reported, np.arange(0, 6, 0.01), strict=True))
+    assert AHEAD.reported_m(AHEAD.blocked_within_m - 0.001) == 0.0
+    assert AHEAD.reported_m(math.inf) == math.inf
 
 
 @pytest.mark.parametrize("profile", range(len(PROFILES)))
@@ -66,8 +66,8 @@ def test_the_board_then_lets_it_run_so_fast_that_he_may_start_to_walk(
     settings.profile = profile
     settings.linear_permille = 1000
     stopping = Stopping(settings, codes.DIR_FORWARD, True)
-    told_mm = int(1000 * AHEAD.told_m(way_m))
-    levels = [n for n, begin in enumerate(stopping.begin) if begin <= told_mm]
+    reported_mm = int(1000 * AHEAD.reported_m(way_m))
+    levels = [n for n, begin in enumerate(stopping.begin) if begin <= reported_mm]
     fastest_m_s = stopping.speed(stopping.permille[levels[-1]]) / 1000.0 if levels else 0.0
     assert levels or way_m < AHEAD.blocked_within_m < 0.72
     braking_s = 0.49 + max(0.0, fastest_m_s - 0.05) / 0.5
@@ -81,14 +81,14 @@ def test_the_way_to_somebody_who_stands_is_cut(noise_m: float, beside_m: float) 
     someone = Person(((2.0, beside_m),), radius_m=0.25)
     gap_m = 2.0 - math.sqrt(0.25**2 - max(0.0, beside_m - 0.375) ** 2) - 0.70
     way_m = forward_m(reach_of(), hall(someone), 0.0, noise_m)
-    assert way_m == pytest.approx(AHEAD.told_m(gap_m), abs=0.06)
+    assert way_m == pytest.approx(AHEAD.reported_m(gap_m), abs=0.06)
 
 
 def test_somebody_before_a_wall_is_somebody() -> None:
     someone = Person(((2.0, 0.0),), radius_m=0.25)
     room = hall(someone, furniture=(box(2.6, 0.0, 1.0, 4.0, 0.0, 2.0, "wall"),))
     way_m = forward_m(reach_of(), room, 0.0)
-    assert way_m == pytest.approx(AHEAD.told_m(2.0 - 0.25 - 0.70), abs=0.03)
+    assert way_m == pytest.approx(AHEAD.reported_m(2.0 - 0.25 - 0.70), abs=0.03)
 
 
 @pytest.mark.parametrize("wide_m", [0.05, 1.2])
@@ -111,8 +111,8 @@ def test_straight_behind_a_rear_lidar_a_thing_is_as_wide_as_elsewhere(
     rear = (-0.42, 0.0)
     points = points_of(hall(furniture=(thing,)), np.random.default_rng(1), origin_m=rear)
     backward_m = reach_of().update(view_of(points, 0.0, rear))[codes.DIR_BACKWARD]
-    told_m = BEHIND.told_m(gap_m) if person else gap_m
-    assert backward_m == pytest.approx(told_m, abs=0.03)
+    reported_m = BEHIND.reported_m(gap_m) if person else gap_m
+    assert backward_m == pytest.approx(reported_m, abs=0.03)
 
 
 def test_what_has_not_moved_for_ten_seconds_before_a_standing_chair_is_furniture() -> None:
@@ -213,8 +213,8 @@ def test_what_looks_like_a_wall_between_has_stood_nevertheless(
     judged = Judged()
     for _ in range(6):
         judged.look(0.35, 1.5)
-        told_m = judged.look(0.35, for_s, looks_like_m=seen_instead_m)
-        assert told_m == AHEAD.told_m(seen_instead_m) or judged.at_s > 10.0
+        reported_m = judged.look(0.35, for_s, looks_like_m=seen_instead_m)
+        assert reported_m == AHEAD.reported_m(seen_instead_m) or judged.at_s > 10.0
     assert judged.look(0.35) == AHEAD.creep_way_m
 
 
@@ -230,14 +230,14 @@ def test_furniture_that_looks_like_a_wall_for_a_moment_stays_furniture(
     assert judged.look(0.35) == 0.0
 
 
-@pytest.mark.parametrize(("away_s", "told_m"), [(0.5, AHEAD.creep_way_m), (1.5, 0.0)])
+@pytest.mark.parametrize(("away_s", "reported_m"), [(0.5, AHEAD.creep_way_m), (1.5, 0.0)])
 def test_who_goes_away_for_longer_than_a_second_is_another_one(
-    away_s: float, told_m: float
+    away_s: float, reported_m: float
 ) -> None:
     judged = Judged()
     judged.look(0.35, 8.0)
     judged.look(math.inf, away_s)
-    assert judged.look(0.35, 3.0) == told_m
+    assert judged.look(0.35, 3.0) == reported_m
 
 
 def test_a_thing_that_nobody_saw_for_more_than_a_second_is_another_one() -> None:
@@ -282,7 +282,7 @@ def test_furniture_can_be_crept_up_to_until_it_walks_or_is_left() -> None:
 def test_somebody_far_off_does_not_become_furniture_by_waiting() -> None:
     judged = Judged()
     judged.look(1.0, 30.0)
-    assert judged.look(1.0) == AHEAD.told_m(1.0)
+    assert judged.look(1.0) == AHEAD.reported_m(1.0)
     assert judged.look(0.5, stands=False) == 0.0
 
 

@@ -78,7 +78,7 @@ def test_somebody_in_an_open_door_or_before_a_wall_is_somebody() -> None:
         room = doorway(wall_m, left_m, left_m + 0.9, someone)
         heading_deg = math.degrees(math.atan2(y_m, x_m))
         way_m = forward_m(room, chance, float(chance.choice((NOISE_M, 0.02))), heading_deg)
-        assert way_m <= AHEAD.told_m(gap_m) + 0.06
+        assert way_m <= AHEAD.reported_m(gap_m) + 0.06
         judged += 1
 
 

@@ -15,7 +15,7 @@ import gazechair.sensing.clearance.zone
 from gazeboard.core.obstacles import Obstacles
 from gazeboard.io.settings import Settings
 from gazechair.base.footprint import Footprint
-from gazechair.board.zone import NOT_KNOWN, BoardZone, ZoneHeard
+from gazechair.board.zone import NOT_KNOWN, BoardZone, ReceivedZone
 from gazechair.sensing.clearance.evaluate import Evaluator
 from gazechair.sensing.clearance.movers import Movers
 from gazechair.sensing.clearance.reach import LidarReach
@@ -27,7 +27,7 @@ from gazechair.sensing.lidar.scan import ChairView
 from gazechair.sensing.lidar.zone_message import pack, unpack
 from gazelink import codes, zone
 from gazesim.rooms import Person, Room
-from gazesim.zone import told_by, zone_of
+from gazesim.zone import reported_zone, zone_of
 from lidarviews import HALL, LOOK_S, NOISE_M, ORIGIN, points_of, view_of
 
 F = codes.DIR_FORWARD
@@ -74,8 +74,8 @@ def test_someone_who_stands_is_neared_more_slowly_by_a_chair_that_brakes_less(wa
     speeds = []
     for approach, settings in ((usual, Settings()), (less, weak())):
         begin = Obstacles(settings)._stopping[F]
-        told_mm = 1000.0 * approach.told_m(way_m)
-        permitted = [n for n, least in enumerate(begin.begin) if least <= told_mm]
+        reported_mm = 1000.0 * approach.reported_m(way_m)
+        permitted = [n for n, least in enumerate(begin.begin) if least <= reported_mm]
         speed = begin.speed(begin.permille[permitted[-1]]) / 1000.0 if permitted else 0.0
         speeds.append(min(speed, 0.334))
         reaction_s, brake = (0.49, 0.5) if settings.reaction_ms == 350 else (1.0, 0.2)
@@ -156,12 +156,12 @@ def test_another_zone_counts_with_the_next_call_also_for_a_view_that_was_judged(
 def test_as_long_as_the_board_has_not_said_nobody_is_neared() -> None:
     assert (UNKNOWN.far == math.inf).all()
     approach = Approach(UNKNOWN.of(F))
-    assert [approach.told_m(way_m) for way_m in (0.1, 1.0, 9.0)] == [0.0, 0.0, 0.0]
-    assert approach.told_m(math.inf) == math.inf
+    assert [approach.reported_m(way_m) for way_m in (0.1, 1.0, 9.0)] == [0.0, 0.0, 0.0]
+    assert approach.reported_m(math.inf) == math.inf
 
 
 def test_what_no_chair_does_is_refused() -> None:
-    good = list(told_by().points)
+    good = list(reported_zone().points)
     falls = b"".join(reversed([good[0][k : k + 8] for k in range(0, zone.SIZE, 8)]))
     never = struct.pack(zone.POINT, 0, 0, 0, 0) * zone.POINTS
     for bad in (b"", good[0][:-1], falls, never, b"\xff" * zone.SIZE):
@@ -172,32 +172,32 @@ def test_what_no_chair_does_is_refused() -> None:
 
 
 def test_the_child_understands_what_the_daemon_says() -> None:
-    for told in (told_by(), told_by(weak())):
-        line = pack(told)
+    for reported in (reported_zone(), reported_zone(weak())):
+        line = pack(reported)
         assert len(line) < 1000
-        assert (unpack(line + b"\n").far == StopZone(told.points).far).all()
+        assert (unpack(line + b"\n").far == StopZone(reported.points).far).all()
     for line in (pack(NOT_KNOWN), b"", b"{", b"[1, 2]", b'["zz"]', b"7", b"\xff\n", b'["00"]'):
         assert unpack(line).far[F] == math.inf
 
 
 def test_the_child_hears_until_its_parent_is_gone() -> None:
     evaluator = Evaluator(Footprint(), [ORIGIN])
-    hear(io.BytesIO(pack(told_by(weak())) + b"\n" + pack(told_by()) + b"\n"), evaluator)
+    hear(io.BytesIO(pack(reported_zone(weak())) + b"\n" + pack(reported_zone()) + b"\n"), evaluator)
     assert (evaluator.zone.far == zone_of().far).all()
     hear(io.BytesIO(pack(NOT_KNOWN) + b"\n"), evaluator)
     assert evaluator.zone.of(F) is None
 
 
 def test_all_directions_make_a_zone_and_each_change_is_told_once() -> None:
-    heard = ZoneHeard()
-    usual, other = told_by().points, told_by(weak()).points
-    assert [heard.heard(at, usual[at]) for at in (0, 1, 1, 2)] == [None] * 4
-    assert heard.heard(3, usual[3]) == BoardZone(usual)
-    assert [heard.heard(at, usual[at]) for at in range(4)] == [None] * 4
-    found = heard.heard(0, other[0])
+    received = ReceivedZone()
+    usual, other = reported_zone().points, reported_zone(weak()).points
+    assert [received.received(at, usual[at]) for at in (0, 1, 1, 2)] == [None] * 4
+    assert received.received(3, usual[3]) == BoardZone(usual)
+    assert [received.received(at, usual[at]) for at in range(4)] == [None] * 4
+    found = received.received(0, other[0])
     assert found is not None
     assert found.points == (other[0], *usual[1:])
-    assert heard.heard(4, usual[0]) is None
-    heard.forget()
-    assert [heard.heard(at, usual[at]) for at in range(3)] == [None] * 3
-    assert heard.heard(3, usual[3]) == BoardZone(usual)
+    assert received.received(4, usual[0]) is None
+    received.forget()
+    assert [received.received(at, usual[at]) for at in range(3)] == [None] * 3
+    assert received.received(3, usual[3]) == BoardZone(usual)

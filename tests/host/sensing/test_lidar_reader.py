@@ -29,18 +29,20 @@ class Rig(LidarRig):
 
     def __init__(self, path: Path, mode: str = "dense") -> None:
         super().__init__(path)
-        self.told: list[tuple[str, str]] = []
+        self.reported: list[tuple[str, str]] = []
         config = LidarConfig(kind="s2", port=str(path), mode=mode)
         self.handed_on: list[float] = []
-        self.reader = Reader(config, self._note, lambda *told: self.handed_on.append(told[1]))
+        self.reader = Reader(
+            config, self._note, lambda *reported: self.handed_on.append(reported[1])
+        )
 
     def _note(self) -> None:
         one = (self.reader.condition.state, self.reader.condition.reason)
-        if not self.told or self.told[-1] != one:
-            self.told.append(one)
+        if not self.reported or self.reported[-1] != one:
+            self.reported.append(one)
 
     def wait(self, condition: Callable[[], bool]) -> None:
-        wait_for(condition, lambda: (self.reader.condition, self.told))
+        wait_for(condition, lambda: (self.reader.condition, self.reported))
 
     def wait_fresh(self) -> None:
         """Wait for a scan that was measured from now on."""
@@ -49,8 +51,8 @@ class Rig(LidarRig):
 
     def wait_told(self, reason: str) -> None:
         """Wait until it is lost for `reason`."""
-        self.wait(lambda: ("lost", reason) in self.told)
-        self.told.clear()
+        self.wait(lambda: ("lost", reason) in self.reported)
+        self.reported.clear()
 
     def close(self) -> None:
         self.reader.stop()
@@ -69,8 +71,8 @@ def test_each_fault_has_its_reason_and_heals_by_itself(rig: Rig) -> None:
     beams = rig.device.beams
     rig.reader.start()
     rig.wait_fresh()
-    assert rig.told == [("starting", "lidar_starting"), ("ok", "ok")]
-    rig.told.clear()
+    assert rig.reported == [("starting", "lidar_starting"), ("ok", "ok")]
+    rig.reported.clear()
 
     beams.frozen = True
     assert rig.handed_on
@@ -79,7 +81,7 @@ def test_each_fault_has_its_reason_and_heals_by_itself(rig: Rig) -> None:
     rig.wait_told("lidar_frozen")  # it is restarted, and still repeats itself
     assert rig.handed_on == []
     assert rig.reader.scan is None
-    assert ("ok", "ok") not in rig.told
+    assert ("ok", "ok") not in rig.reported
     beams.frozen = False
     rig.wait_fresh()
 
@@ -117,10 +119,10 @@ def test_each_fault_has_its_reason_and_heals_by_itself(rig: Rig) -> None:
 def test_lost_and_damaged_bytes_are_lived_with(rig: Rig) -> None:
     rig.reader.start()
     rig.wait_fresh()
-    rig.told.clear()
+    rig.reported.clear()
     rig.device.drop = rig.device.corrupt = 0.0005
     rig.wait(lambda: rig.reader.stream is not None and rig.reader.stream.resyncs > 20)
-    assert set(rig.told) == {("ok", "ok")}
+    assert set(rig.reported) == {("ok", "ok")}
     rig.wait_fresh()
     assert rig.reader.stream is not None
     assert 0.01 < rig.reader.stream.lost_share < 0.2

@@ -16,7 +16,7 @@ from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.lidar.report import LidarReport, Report
 from gazelink import codes
-from gazesim.zone import told_by
+from gazesim.zone import reported_zone
 from lidarrig import LidarRig, wait_for
 
 NEAR_MM = 1000
@@ -37,7 +37,7 @@ class Rig(LidarRig):
             self._publish,
             self.health,
         )
-        self.service.zone(told_by())
+        self.service.zone(reported_zone())
 
     def _note_state(self) -> None:
         self.states.append(self.health.state)
@@ -145,13 +145,13 @@ def test_of_two_the_lost_one_is_told_and_the_other_counts() -> None:
 
 
 def test_what_is_new_is_published_though_the_oldest_measurement_is_the_same() -> None:
-    told: list[Clearance] = []
+    reported: list[Clearance] = []
     lidars = (LidarConfig(kind="s2"),)
-    service = LidarService(lidars, FootprintConfig(), told.append, Health("lidar"))
+    service = LidarService(lidars, FootprintConfig(), reported.append, Health("lidar"))
     for forward_mm, acquired_s in ((5000, 1.0), (300, 1.0), (300, 1.0), (300, 1.1)):
         found = {"blocked": 0, "forward_mm": forward_mm}
         service._on_data(Report((LidarReport("front", OK, "ok", ""),), acquired_s, 1, found).pack())
-    assert [(one.forward_mm, one.acquired_s) for one in told] == [
+    assert [(one.forward_mm, one.acquired_s) for one in reported] == [
         (5000, 1.0),
         (300, 1.0),
         (300, 1.1),

@@ -179,9 +179,9 @@ def test_ctrl_c_in_a_terminal_is_one_line(
     monkeypatch.setattr("builtins.input", user.ask)
     monkeypatch.setattr("sys.stdin", SimpleNamespace(isatty=lambda: True))
     assert cli.main(["bench", "--bus", "7"]) == 2
-    said = capsys.readouterr()
-    assert said.err == "gazechair: stopped\n"
-    assert "back to neutral" in said.out
+    printed = capsys.readouterr()
+    assert printed.err == "gazechair: stopped\n"
+    assert "back to neutral" in printed.out
 
 
 def test_a_firmware_that_writes_meanwhile_is_noticed(bus: SimulatedBus) -> None:

@@ -39,8 +39,8 @@ def test_no_permission_names_group_and_user(
 ) -> None:
     """The one it runs as: under sudo, the package's command runs as the service's."""
     monkeypatch.setenv("USER", "somebody-else")
-    said = refusal(OSError(errno.EACCES, "Permission denied"), tmp_path, monkeypatch)
-    assert f"usermod -aG i2c {pwd.getpwuid(os.geteuid()).pw_name}`" in said
+    printed = refusal(OSError(errno.EACCES, "Permission denied"), tmp_path, monkeypatch)
+    assert f"usermod -aG i2c {pwd.getpwuid(os.geteuid()).pw_name}`" in printed
 
 
 def test_transfers_go_out_as_messages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -113,6 +113,6 @@ def test_a_result_that_cannot_be_stored_is_one_line(
 ) -> None:
     (home / "state").write_text("a file where the folder should be")
     assert run(home, marks()) == 2
-    said = capsys.readouterr().err.strip()
-    assert "it was not stored" in said
-    assert len(said.splitlines()) == 1
+    printed = capsys.readouterr().err.strip()
+    assert "it was not stored" in printed
+    assert len(printed.splitlines()) == 1

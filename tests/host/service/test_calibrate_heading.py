@@ -125,13 +125,13 @@ def test_its_bus_and_address_are_the_firmwares() -> None:
 
 
 def test_a_calibrated_sensor_is_stored_by_the_firmware(board: MemoryBoard) -> None:
-    said = run(board)
-    assert "chip id 0xa0" in said
-    assert "heading  90.0 deg, turning  +28.6 deg/s" in said, "counter-clockwise positive"
-    assert "gyro 3 of 3, accelerometer 1 of 3" in said
-    assert "lie still" in said
-    assert "six rests" in said
-    assert "kept by the board" in said
+    printed = run(board)
+    assert "chip id 0xa0" in printed
+    assert "heading  90.0 deg, turning  +28.6 deg/s" in printed, "counter-clockwise positive"
+    assert "gyro 3 of 3, accelerometer 1 of 3" in printed
+    assert "lie still" in printed
+    assert "six rests" in printed
+    assert "kept by the board" in printed
     assert board.asked == 1
     assert len(board.present) == 6
     assert board.feeds, "the firmware's watchdog would end it"
@@ -238,9 +238,9 @@ def test_a_second_ctrl_c_while_the_older_one_is_put_back_is_said_with_what_was_l
     monkeypatch.setattr("gazechair.service.calibrate.HeadingCalibration", lambda say: made)
     assert cli.main(["calibrate", "heading", "--port", "/dev/board", "--seconds", "60"]) == 2
     assert heading.STORED not in board.files
-    said = capsys.readouterr().err
-    assert "calibration before could not be put back (stopped); repeat the calibration" in said
-    assert "keeps" not in said
+    printed = capsys.readouterr().err
+    assert "calibration before could not be put back (stopped); repeat the calibration" in printed
+    assert "keeps" not in printed
 
 
 @pytest.mark.parametrize(
@@ -284,10 +284,10 @@ def test_the_command_line_refuses_in_one_line(
 ) -> None:
     monkeypatch.setattr("gazechair.service.board_settings._CONNECT_S", 0.3)
     assert cli.main(["calibrate", *words]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("gazechair: ")
-    assert reason in said
-    assert said.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert printed.startswith("gazechair: ")
+    assert reason in printed
+    assert printed.count("\n") == 1
 
 
 SHIM_CHECK = """

@@ -87,32 +87,32 @@ def run(board: MemoryBoard, *words: str, at: Callable[[int], None] = lambda _: N
     try:
         JoystickCalibration(board, lines.append, read_line).run()
     finally:
-        said = "\n".join(lines)
-        print(said)
-    return said
+        printed = "\n".join(lines)
+        print(printed)
+    return printed
 
 
 def test_both_channels_are_stepped_and_saved(board: MemoryBoard) -> None:
-    said = run(board, "unplugged", "+", "+", "-", "ok", "166", "OK ", "save")
+    printed = run(board, "unplugged", "+", "+", "-", "ok", "166", "OK ", "save")
     assert board.saved == (169, 166)
-    assert "pull the DB9 plug" in said
-    assert "linear: neutral 169, the register reads back 169" in said
-    assert "turn: neutral 166, the register reads back 166" in said
-    assert "a register, not a voltage" in said
-    assert "6.00 V" in said
-    assert "pin 1" in said
-    assert "pin 2" in said
-    assert "11.8 mV" in said
+    assert "pull the DB9 plug" in printed
+    assert "linear: neutral 169, the register reads back 169" in printed
+    assert "turn: neutral 166, the register reads back 166" in printed
+    assert "a register, not a voltage" in printed
+    assert "6.00 V" in printed
+    assert "pin 1" in printed
+    assert "pin 2" in printed
+    assert "11.8 mV" in printed
 
 
 @pytest.mark.parametrize("word", ["191", "149", "0", "170.5", "up", "", "++", "-5"])
 def test_other_words_and_counts_outside_the_table_are_refused(
     board: MemoryBoard, word: str
 ) -> None:
-    said = run(board, "unplugged", word, "ok", "ok", "save")
+    printed = run(board, "unplugged", word, "ok", "ok", "save")
     assert board.saved == STORED
-    assert "neutral_linear_count must be a whole number 150..190" in said
-    assert "it stays 168" in said
+    assert "neutral_linear_count must be a whole number 150..190" in printed
+    assert "it stays 168" in printed
 
 
 def test_counts_that_are_right_already_are_set_all_the_same(board: MemoryBoard) -> None:
@@ -123,10 +123,10 @@ def test_counts_that_are_right_already_are_set_all_the_same(board: MemoryBoard) 
 
 
 def test_stepping_ends_at_the_limits(board: MemoryBoard) -> None:
-    said = run(board, "unplugged", "190", "+", "ok", "150", "-", "ok", "save")
+    printed = run(board, "unplugged", "190", "+", "ok", "150", "-", "ok", "save")
     assert board.saved == (190, 150)
-    assert "not '191'" in said
-    assert "not '149'" in said
+    assert "not '191'" in printed
+    assert "not '149'" in printed
 
 
 @pytest.mark.parametrize(

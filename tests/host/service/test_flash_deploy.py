@@ -134,8 +134,8 @@ def test_a_firmware_before_that_is_gone_is_said_and_not_started(tmp_path: Path) 
     deploy(board, second)
     Deployment(board, third, watchdog=True).copy(lambda path, count: None)  # and then the cable
     deploy(board, second)
-    said = roll_back(board, second)
-    assert f"({first.name}) is no longer on the board" in said
+    printed = roll_back(board, second)
+    assert f"({first.name}) is no longer on the board" in printed
     assert whole_firmware(board, first, second, third) == second
 
 

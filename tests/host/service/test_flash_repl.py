@@ -24,20 +24,20 @@ class LateBoard:
         self._thread.start()
 
     def _run(self) -> None:
-        heard = b""
-        while b"\x18" not in heard:
-            heard += os.read(self._fd, 1024)
-            if heard.endswith(b"\x05A\x01"):
+        received = b""
+        while b"\x18" not in received:
+            received += os.read(self._fd, 1024)
+            if received.endswith(b"\x05A\x01"):
                 os.write(self._fd, BANNER)
-            elif heard.endswith(b"\x01"):
+            elif received.endswith(b"\x01"):
                 self._banners += 1
                 if self._banners > 1:
                     os.write(self._fd, BANNER * (2 if self._banners == 2 else 1))
-            elif heard.endswith(b"\x04"):
+            elif received.endswith(b"\x04"):
                 os.write(self._fd, b"OK\x04\x04>")
             else:
                 continue
-            heard = b""
+            received = b""
 
     def stop(self) -> None:
         os.write(self._port, b"\x18")

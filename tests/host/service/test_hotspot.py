@@ -39,7 +39,7 @@ def stand_in(folder: Path, monkeypatch: pytest.MonkeyPatch, failing: str = "neve
     monkeypatch.setenv("PATH", str(folder), prepend=":")
 
 
-def said(connections: Path) -> list[str]:
+def printed(connections: Path) -> list[str]:
     return (connections.parent / "said").read_text().splitlines()
 
 
@@ -54,8 +54,11 @@ def test_on_writes_a_connection_only_root_reads_and_starts_it(connections: Path)
     assert made["ipv4"]["method"] == "shared"
     password = made["wifi-security"]["psk"]
     assert len(password) == 12
-    assert said(connections) == [f"connection load {file}", "--wait 40 connection up id gazechair"]
-    assert password not in "".join(said(connections)), "on no command line"
+    assert printed(connections) == [
+        f"connection load {file}",
+        "--wait 40 connection up id gazechair",
+    ]
+    assert password not in "".join(printed(connections)), "on no command line"
     assert "stoel van Jan" in text
     assert password in text
 
@@ -88,10 +91,10 @@ def test_repeated_with_another_name_that_fails_it_stays_the_one_that_worked(
     with pytest.raises(HotspotError, match="Connection activation failed"):
         hotspot.on("another", "wlan9", connections)
     assert hotspot.join(connections) == before
-    assert not any("delete" in line for line in said(connections))
+    assert not any("delete" in line for line in printed(connections))
     if failing == "up id":
-        load, up = said(connections)[:2]
-        assert said(connections) == [load, up] * 3  # the first, the one that failed, the first
+        load, up = printed(connections)[:2]
+        assert printed(connections) == [load, up] * 3  # the first, the one that failed, the first
 
 
 INTERRUPTED = """#!/bin/sh
@@ -122,7 +125,7 @@ def test_ended_by_ctrl_c_it_is_as_it_was_before(connections: Path, at: str, agai
         hotspot.on("another", folder=connections)
     if again:
         assert hotspot.join(connections) == before
-        assert said(connections)[-1].endswith("connection up id gazechair")
+        assert printed(connections)[-1].endswith("connection up id gazechair")
     else:
         assert list(connections.iterdir()) == []
 

@@ -42,9 +42,9 @@ def test_a_recording_becomes_a_mask(
 
     (tmp_path / "chair.toml").write_text(f'[lidar]\nkind = "replay"\nfile = "{scan}"\n')
     assert cli.main(["lidar", "mask", "--seconds", "5", "--config", setup]) == 0
-    said = capsys.readouterr().out
-    assert "the chair itself at 124..-124 degrees" in said
-    line = next(line for line in said.splitlines() if line.startswith("mask"))
+    printed = capsys.readouterr().out
+    assert "the chair itself at 124..-124 degrees" in printed
+    line = next(line for line in printed.splitlines() if line.startswith("mask"))
     assert configuration.parse(f"[lidar]\n{line}").lidar[0].mask == ((123.0, -123.0),)
 
 

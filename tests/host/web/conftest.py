@@ -99,17 +99,17 @@ class FakeAlerts:
     """A book that records who did what."""
 
     def __init__(self) -> None:
-        self.heard: list[tuple[int | str, str]] = []
+        self.received: list[tuple[int | str, str]] = []
 
     def as_json(self) -> dict[str, Any]:
         return {"revision": 1, "routes": ["zus"], "alerts": []}
 
     def acknowledge(self, number: int, by: str) -> bool:
-        self.heard.append((number, by))
+        self.received.append((number, by))
         return True
 
     def test(self, by: str) -> None:
-        self.heard.append(("test", by))
+        self.received.append(("test", by))
 
 
 class Daemon(threading.Thread):
@@ -210,7 +210,7 @@ class FakeSteps:
     """A first drive that records its requests; `refusal` is its next answer."""
 
     def __init__(self) -> None:
-        self.heard: list[dict[str, Any]] = []
+        self.received: list[dict[str, Any]] = []
         self.holds_settings = False
         self.refusal: tuple[str, str] | None = None
 
@@ -218,7 +218,7 @@ class FakeSteps:
         return {"steps": [{"step": "versions", "done": True}], "run": {"step": ""}}
 
     def ask(self, request: dict[str, Any]) -> tuple[str, str] | None:
-        self.heard.append(request)
+        self.received.append(request)
         return self.refusal
 
 
@@ -280,8 +280,8 @@ class Visitor:
     def post(self, path: str, content: object, **headers: str) -> tuple[int, dict[str, str], Any]:
         """Post JSON: (status, headers, answer)."""
         headers = {"Content-Type": "application/json", **headers}
-        status, told, raw = self._ask(path, json.dumps(content).encode(), headers)
-        return status, told, json.loads(raw)
+        status, reported, raw = self._ask(path, json.dumps(content).encode(), headers)
+        return status, reported, json.loads(raw)
 
     def line(
         self, path: str, content: bytes, length: int | None = None, **headers: str

@@ -11,8 +11,8 @@ from gazechair.web.role_limits import ConnectedPage, Full, makes_way
 MOST = 4
 
 
-def one(device: str, heard_s: float = 0.0, drives: bool = False) -> ConnectedPage[str]:
-    return ConnectedPage(f"{device} {heard_s}", device, heard_s, drives)
+def one(device: str, received_s: float = 0.0, drives: bool = False) -> ConnectedPage[str]:
+    return ConnectedPage(f"{device} {received_s}", device, received_s, drives)
 
 
 def test_a_free_seat_is_taken() -> None:

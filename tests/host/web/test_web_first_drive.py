@@ -13,7 +13,7 @@ def test_a_caretaker_sees_and_does_the_steps(visitor: Any, steps: Any) -> None:
     status, _, raw = caretaker.get("/first-drive")
     assert (status, json.loads(raw)) == (200, steps.status())
     assert caretaker.post("/first-drive", {"run": "mask"})[0] == 200
-    assert steps.heard == [{"run": "mask"}]
+    assert steps.received == [{"run": "mask"}]
 
 
 @pytest.mark.parametrize(("reason", "status"), [("lidar_lost", 409), ("bad_message", 400)])
@@ -28,4 +28,4 @@ def test_nobody_else_may(visitor: Any, steps: Any, role: str) -> None:
     other = visitor(role)
     assert other.get("/first-drive")[0] == 403
     assert other.post("/first-drive", {"run": "mask"})[0] == 403
-    assert steps.heard == []
+    assert steps.received == []

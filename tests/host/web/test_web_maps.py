@@ -153,9 +153,9 @@ def test_a_file_that_stops_halfway_ends_and_so_does_that_of_a_revoked_device(
     receiving = threading.Event()
     receive = handler.Exchange._read_file
 
-    def read_file(*asked: Any) -> bytes:
+    def read_file(*requested: Any) -> bytes:
         receiving.set()
-        return receive(*asked)
+        return receive(*requested)
 
     monkeypatch.setattr(handler.Exchange, "_read_file", read_file)
     line = caretaker.line("/maps/import", b"PK", length=5000)

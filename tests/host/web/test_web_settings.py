@@ -102,7 +102,7 @@ def test_what_is_not_stored_does_not_stay_in_force(
     caretaker: Any, board: Any, refused: tuple[int, int]
 ) -> None:
     before = list(board.values)
-    board.refuses = lambda *asked: codes.SETTING_NOT_STORED if asked == refused else 0
+    board.refuses = lambda *requested: codes.SETTING_NOT_STORED if requested == refused else 0
     posted = {"set": {"linear_permille": 1000, "step_forward_ms": 1000}}
     found, _, answer = caretaker.post("/settings", posted)
     assert (found, answer["reason"]) == (507, "setting_not_stored")

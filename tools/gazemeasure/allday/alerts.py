@@ -47,13 +47,13 @@ class Target:
     """A server that receives the routes' messages; use as a context."""
 
     def __init__(self) -> None:
-        self.heard: list[tuple[str, float]] = []
+        self.received: list[tuple[str, float]] = []
         """(route, monotonic s)."""
-        heard = self.heard
+        received = self.received
 
         class Handler(BaseHTTPRequestHandler):
             def do_POST(self) -> None:
-                heard.append((self.path.strip("/"), time.monotonic()))
+                received.append((self.path.strip("/"), time.monotonic()))
                 self.rfile.read(int(self.headers["Content-Length"]))
                 self.send_response(200)
                 self.end_headers()
@@ -83,7 +83,7 @@ class Target:
 
     def first_s(self, route: str) -> float:
         """When that route first delivered, monotonic s; inf: not yet."""
-        return next((at_s for name, at_s in self.heard if name == route), float("inf"))
+        return next((at_s for name, at_s in self.received if name == route), float("inf"))
 
 
 class _Call:
@@ -182,7 +182,7 @@ def _flood(
     """Ten calls per second while the driver drives."""
     (row,) = call.alerts()
     call.alerts(acknowledge=row["number"])
-    target.heard.clear()
+    target.received.clear()
     sim = stack.control()
     to_wipers: list[float] = []
     calls = presses = 0
@@ -209,7 +209,7 @@ def _flood(
     late_s = AGAIN_S + _ROUTES_S
     _until(target.on_both, began_s + late_s - time.monotonic())
     both_s = max(target.first_s("anna"), target.first_s("bert")) - began_s
-    most = max(sum(one[0] == name for one in target.heard) for name in ("anna", "bert"))
+    most = max(sum(one[0] == name for one in target.received) for name in ("anna", "bert"))
     report.add(f"ten calls a second for {lasts_s:g} s: calls", calls, "")
     worst_ms = max(to_wipers, default=math.nan)
     report.add("  press -> wipers meanwhile, worst", worst_ms, "ms", _WIPERS_MS)

@@ -169,7 +169,7 @@ class DayChair(ChairRig):
 
     def ready(self) -> None:
         """Run until nothing prevents arming."""
-        self.until(lambda: self._told().get("arm_reason") == "none", _READY_MS)
+        self.until(lambda: self._snapshot().get("arm_reason") == "none", _READY_MS)
 
     def arm(self) -> None:
         """Arm as the driver, with a request each second. Raises AssertionError after 8 s."""
@@ -178,12 +178,12 @@ class DayChair(ChairRig):
                 self.driver.say(k="arm")
             self.run(20)
             for _ in range(98):
-                if self.armed() and self._told().get("you"):
+                if self.armed() and self._snapshot().get("you"):
                     return
                 self.run(10)
         raise AssertionError(f"not armed: {self.why()}")
 
-    def _told(self) -> dict[str, Any]:
+    def _snapshot(self) -> dict[str, Any]:
         return {} if self.host is None else self.host.driver.shown()
 
     def moves_after(self, limit_ms: int = 200, **button: Any) -> int | None:

@@ -22,7 +22,7 @@ from gazemeasure.report import Report
 from gazemeasure.stalls import StallProbe
 
 _NEUTRAL_MS = 105.0  # P2's 100, plus the simulator's sampling and the line's last bytes
-_SAID_S = 1.0
+_REPORTED_S = 1.0
 _LIMIT_S = 60.0
 _AGAIN_S = 0.5
 
@@ -36,7 +36,7 @@ class _Tries:
         self._driver = driver
         self._probe = probe
         self.neutral_ms: list[float] = []
-        self.said_s: list[float] = []
+        self.reported_s: list[float] = []
         self.back_s: list[Well] = []
 
     def kill(self) -> None:
@@ -48,7 +48,7 @@ class _Tries:
         os.kill(self._stack.pid("host"), signal.SIGKILL)
         link = self._driver
         link.wait(lambda: link.data("link") != "ok", _LIMIT_S, "the page says so")
-        self.said_s.append(time.monotonic() - killed_s)
+        self.reported_s.append(time.monotonic() - killed_s)
         link.release()
         self._neutral(mark, killed_s)
         self._drive(_LIMIT_S)
@@ -108,18 +108,18 @@ def add(report: Report, micropython: str, tries: int) -> None:
                 for _ in range(tries):
                     run.kill()
         report.add(f"kill -9, started after {restart_s:g} s: kills", tries, "")
-        add_rows(report, run.neutral_ms, run.said_s, run.back_s)
+        add_rows(report, run.neutral_ms, run.reported_s, run.back_s)
     report.note(f"kill -9: the unit file's RestartSec is {unit_s:g} s.")
 
 
 def add_rows(
-    report: Report, neutral_ms: list[float], said_s: list[float], back_s: list[Well]
+    report: Report, neutral_ms: list[float], reported_s: list[float], back_s: list[Well]
 ) -> None:
     """The kills of one chair. `neutral_ms` lacks those that a stall of the machine delayed."""
     worst_ms = max(neutral_ms, default=math.nan)
     report.add("  neutral, worst", worst_ms, "ms", _NEUTRAL_MS)
-    report.add("    measured without a stall", 100.0 * len(neutral_ms) / len(said_s), "%")
-    report.add("  the page says so, worst", max(said_s), "s", _SAID_S)
+    report.add("    measured without a stall", 100.0 * len(neutral_ms) / len(reported_s), "%")
+    report.add("  the page says so, worst", max(reported_s), "s", _REPORTED_S)
     own_s, took_s = (max(getattr(one, of) for one in back_s) for of in ("own_s", "took_s"))
     report.add("  driving again by arm and press, worst", own_s, "s", BACK_S)
     report.add("    and with waiting for a processor", took_s, "s")

@@ -39,7 +39,7 @@ class Person:
         """Monotonic times at which the wipers followed a press."""
         self.to_wipers: list[tuple[float, float]] = []
         """(monotonic s, ms) of the presses that met no stall of the machine."""
-        self.told: dict[str, Any] = {}
+        self.state: dict[str, Any] = {}
         """The host's last state for the page that drives, or drove."""
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="person", daemon=True)
@@ -72,7 +72,7 @@ class Person:
                 try:
                     self._drive(driver)
                 finally:
-                    self.told = driver.state
+                    self.state = driver.state
 
     def _drive(self, driver: RawDriver) -> None:
         for verb in itertools.cycle(_VERBS):

@@ -99,7 +99,7 @@ def add(report: Report, micropython: str, lasts_s: float, seed: int = 14) -> Non
                         times.setdefault(fault, []).append(recovery.of(fault))
                         if person.drove_after(time.monotonic(), _DRIVES_S) == float("inf"):
                             stuck.append(
-                                f"{fault.part} {fault.how}: {person.told} {stack.health()}"
+                                f"{fault.part} {fault.how}: {person.state} {stack.health()}"
                             )
                         time.sleep(max(0.0, begun_s + _PERIOD_S - time.monotonic()))
                         planned += restarts_due(fault, service.aborted - aborted)

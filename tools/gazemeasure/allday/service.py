@@ -43,7 +43,7 @@ class Service:
             "WATCHDOG_USEC": str(round(1e6 * self._watchdog_s)),
         }
         self._stack: Stack | None = None
-        self._heard_s = 0.0
+        self._notified_s = 0.0
         self.restarts = 0
         self.aborted = 0
         """How often the watchdog has ended the daemon."""
@@ -54,7 +54,7 @@ class Service:
     def of(self, stack: Stack) -> Iterator[None]:
         """Supervise the running daemon of `stack`; use inside the stack's own context."""
         self._stack = stack
-        self._heard_s = time.monotonic()
+        self._notified_s = time.monotonic()
         self._thread.start()
         try:
             yield
@@ -68,10 +68,10 @@ class Service:
         while not self._stopping.wait(_LOOK_S):
             with contextlib.suppress(BlockingIOError):
                 while self._socket.recv(4096):
-                    self._heard_s = time.monotonic()
+                    self._notified_s = time.monotonic()
             if self._stack.ended("host") is not None:
                 self._again()
-            elif time.monotonic() - self._heard_s > self._watchdog_s:
+            elif time.monotonic() - self._notified_s > self._watchdog_s:
                 self._abort()
 
     def _again(self) -> None:
@@ -81,7 +81,7 @@ class Service:
         self.restarts += 1
         self._stack.start_host()
         # Type=notify: the watchdog begins with READY=1.
-        self._heard_s = time.monotonic() + 60.0
+        self._notified_s = time.monotonic() + 60.0
 
     def _abort(self) -> None:
         # systemd sends SIGCONT with it, so that a stopped process ends, too.

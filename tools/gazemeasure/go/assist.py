@@ -191,7 +191,7 @@ class Run:
         if way == HELPED:
             self._assist = Assist(footprint, len(self._eyes))
             self._assist.permits.zone = zone
-        self._said: Clearance | None = None
+        self._clearance: Clearance | None = None
         self._advice: Any = None
         self._next_advice: Any = None
         self._steps = 0
@@ -281,18 +281,18 @@ class Run:
         where = (chair.x_m, chair.y_m, chair.heading_deg)
         for eye in self._eyes:
             eye.step(_STEP_S, where)
-        if self._said is not None:
-            deliver(core.i, self._said, now_s)
+        if self._clearance is not None:
+            deliver(core.i, self._clearance, now_s)
             if self._assist is not None:
-                self._assist.permits.clearance = self._said
-            self._said = None
+                self._assist.permits.clearance = self._clearance
+            self._clearance = None
         if self._steps % _LOOK_STEPS == 0 and self._eyes[0].turns:
             views = tuple(
                 to_chair(eye.scan(now_s), eye.mount.pose, eye.mount.mask, blindness)
                 for eye, blindness in zip(self._eyes, self._blindness, strict=True)
             )
             found = self._evaluate(views)
-            self._said = Clearance(source=codes.REAL, acquired_s=now_s - TURN_S, **found)
+            self._clearance = Clearance(source=codes.REAL, acquired_s=now_s - TURN_S, **found)
         if self._assist is not None:
             self._help(now_s)
 

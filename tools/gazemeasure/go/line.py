@@ -285,7 +285,7 @@ class Drive:
         assert self.follower is not None
         rows: list[tuple[float, ...]] = []
         waiting: deque[tuple[float, Picture, Array]] = deque()
-        asked = STOP
+        request = STOP
         ticks = 0
         while self.now_s < until_s:
             gone = self.now_s >= cut_s
@@ -301,18 +301,18 @@ class Drive:
             if ticks % round(_PERIOD_S / _STEP_S) == 0:
                 speed = self.chair.speed_m_s + float(self._random.normal(0.0, _SPEED_M_S))
                 rate = math.radians(self.chair.yaw_rate_deg_s)
-                asked = self.follower.step(self.pose, speed, rate, self.now_s, _PERIOD_S)
-            self._step(asked)
+                request = self.follower.step(self.pose, speed, rate, self.now_s, _PERIOD_S)
+            self._step(request)
             ticks += 1
             chair = self.chair
-            rows.append((self.now_s, chair.x_m, chair.y_m, chair.heading_deg, *_both(asked)))
+            rows.append((self.now_s, chair.x_m, chair.y_m, chair.heading_deg, *_both(request)))
             if self.follower.state is not State.FOLLOWS and chair.speed_m_s == 0.0:
                 break
         return rows
 
-    def _step(self, asked: Request) -> None:
-        linear = self._numbers.linear_permille(asked.linear_m_s) / 1000.0
-        turn = self._numbers.turn_permille(math.degrees(asked.yaw_rad_s)) / 1000.0
+    def _step(self, request: Request) -> None:
+        linear = self._numbers.linear_permille(request.linear_m_s) / 1000.0
+        turn = self._numbers.turn_permille(math.degrees(request.yaw_rad_s)) / 1000.0
         self.chair.step(_STEP_S, (linear, turn))
         self.now_s += _STEP_S
         true = np.array((self.chair.x_m, self.chair.y_m, math.radians(self.chair.heading_deg)))
@@ -324,8 +324,8 @@ class Drive:
         self._pose += (*step, moved[2] + _DRIFT_RAD_S * _STEP_S * self._random.normal())
 
 
-def _both(asked: Request) -> tuple[float, float]:
-    return asked.linear_m_s, asked.yaw_rad_s
+def _both(request: Request) -> tuple[float, float]:
+    return request.linear_m_s, request.yaw_rad_s
 
 
 def drive(job: Job) -> Driven:

@@ -107,7 +107,7 @@ class _Run:
         self._waited_s = 0.0
         self._plainly = False
         self._off_s = self._unseen_s = 0.0
-        self._said = Followed(State.NOBODY, STOP, None)
+        self._followed = Followed(State.NOBODY, STOP, None)
         self._before = State.NOBODY
 
     def through(self, seconds: float) -> Judged:
@@ -116,17 +116,17 @@ class _Run:
             at_s = step * STEP_S
             if step % round(_SCAN_S / STEP_S) == 0:
                 self._look(at_s)
-            state = self._said.state
+            state = self._followed.state
             follows = state is State.FOLLOWS
             self._chosen = follows or state is State.HIDDEN
             self._walk.step(self._chair.pose, self._plainly, self._chosen)
-            request = self._said.request if self._chosen else self._drive(at_s)
+            request = self._followed.request if self._chosen else self._drive(at_s)
             judged.moved_m += self._chair.step(self._home, request)
             if follows:
                 judged.followed_s += STEP_S
                 judged.blocked_s += STEP_S * self._chair.blocked
-                judged.narrow_s += STEP_S * (not self._said.fits)
-                stuck = self._chair.blocked or not self._said.fits
+                judged.narrow_s += STEP_S * (not self._followed.fits)
+                stuck = self._chair.blocked or not self._followed.fits
                 self._sought_s = self._sought_s + STEP_S if stuck else 0.0
             else:
                 judged.sought_s += STEP_S
@@ -154,7 +154,7 @@ class _Run:
             ):
                 self._chair.place(pose)
                 self._follower = PersonFollower(self._grid, submit=self._submit)
-                self._said = Followed(State.NOBODY, STOP, None)
+                self._followed = Followed(State.NOBODY, STOP, None)
                 self._judged.helped += 1
                 return
             walk.ahead(0.3)
@@ -166,7 +166,7 @@ class _Run:
         bearing = math.remainder(math.atan2(dy, dx) - math.radians(pose.heading_deg), 2 * math.pi)
         near = 0.9 < math.hypot(dx, dy) - 0.65 < 1.5
         self._waited_s = self._waited_s + STEP_S if near else 0.0
-        if self._said.state is State.CHOOSING:
+        if self._followed.state is State.CHOOSING:
             return STOP
         by_look = self._by_look or self._chair.blocked
         if abs(math.degrees(bearing)) > 8.0 and not self._chair.blocked:
@@ -175,7 +175,7 @@ class _Run:
         if near and self._waited_s > 1.0 and self._plainly:
             error = math.radians(self._random.normal(0.0, _LOOK_DEG))
             self._follower.choose(at_s, bearing + error if by_look else None)
-            self._said = Followed(State.CHOOSING, STOP, None)
+            self._followed = Followed(State.CHOOSING, STOP, None)
             self._before = State.CHOOSING
         return STOP
 
@@ -187,10 +187,10 @@ class _Run:
         self._at_s = at_s
         planned_ms = sum(self._judged.plans_ms)
         begin_s = time.process_time()
-        self._said = said = self._follower.look(scan, known)
+        self._followed = followed = self._follower.look(scan, known)
         spent_ms = 1000.0 * (time.process_time() - begin_s)
         self._judged.spent_ms.append(spent_ms - (sum(self._judged.plans_ms) - planned_ms))
-        self._judge(said, true, known, seen)
+        self._judge(followed, true, known, seen)
 
     def _known(self, true: Array) -> Array:
         noise = self._random.normal(0.0, (_POSE_M, _POSE_M, _POSE_RAD))
@@ -219,24 +219,27 @@ class _Run:
         )
         return Scan(points, (FRONT.x_m, 0.0), at_s), int(on_leader.sum()) >= 2
 
-    def _judge(self, said: Followed, true: Array, known: Array, seen: bool) -> None:
+    def _judge(self, followed: Followed, true: Array, known: Array, seen: bool) -> None:
         judged, walk = self._judged, self._walk
         leader = (walk.leader.x_m, walk.leader.y_m)
         self._unseen_s = 0.0 if seen else self._unseen_s + _SCAN_S
-        if said.request != STOP:
+        if followed.request != STOP:
             # It is in force until the next scan.
             judged.late_s = max(judged.late_s, self._unseen_s + _SCAN_S)
         elif (
-            self._unseen_s and said.state is not State.NOBODY and self._chair.moves and self._chosen
+            self._unseen_s
+            and followed.state is not State.NOBODY
+            and self._chair.moves
+            and self._chosen
         ):
             judged.stands_s = max(judged.stands_s, self._unseen_s)
-        if said.state is not self._before:
-            self._change(said.state)
-        if said.person_m is None:
+        if followed.state is not self._before:
+            self._change(followed.state)
+        if followed.person_m is None:
             self._off_s = 0.0
-            self._before = said.state
+            self._before = followed.state
             return
-        dx, dy = said.person_m[0] - known[0], said.person_m[1] - known[1]
+        dx, dy = followed.person_m[0] - known[0], followed.person_m[1] - known[1]
         turn = true[2] - known[2]
         c, s = math.cos(turn), math.sin(turn)
         there = (true[0] + c * dx - s * dy, true[1] + s * dx + c * dy)
@@ -252,7 +255,7 @@ class _Run:
                 judged.swaps += 1
             else:
                 judged.things += 1
-        self._before = said.state
+        self._before = followed.state
 
     def _nearest_m(self, there: tuple[float, float]) -> float:
         """Distance from a point to the nearest person except the leader, m."""

@@ -68,7 +68,7 @@ class Outcome:
     """The result of a mission."""
 
     arrived: bool = False
-    said_arrived: bool = False
+    reported_arrived: bool = False
     collisions: int = 0
     took_s: float = 0.0
     ideal_s: float = 0.0
@@ -87,7 +87,7 @@ class Outcome:
     """Why the board ended the press: nothing moves until a person presses again."""
     spent_s: dict[str, float] = field(default_factory=dict)
     """How the time was spent, s by activity."""
-    blocked_said_s: float | None = None
+    blocked_reported_s: float | None = None
 
 
 class _Later(Future[Planned]):
@@ -145,7 +145,7 @@ class Go:
         origins = [(m.pose.x_m, m.pose.y_m) for m in mounts]
         self._evaluate = Evaluator(footprint, origins)
         self._evaluate.zone = zone_of(settings)
-        self._said: tuple[int, Clearance] | None = None
+        self._clearance: tuple[int, Clearance] | None = None
         self._poses: deque[tuple[float, Located]] = deque(maxlen=60)
         self._error = np.zeros(3)
         self.now_ms = 0
@@ -178,7 +178,7 @@ class Go:
             for eye in self._eyes:
                 eye.step(0.02, self.pose)
         self._look()
-        self._said = None
+        self._clearance = None
         core.i.clearance_count = (core.i.clearance_count + 1) & 0xFFFF
 
     def run_ms(self, ms: int) -> None:
@@ -193,9 +193,9 @@ class Go:
             eye.step(_STEP_MS / 1000.0, self.pose)
         if self.now_ms % _LOOK_MS == 0:
             self._look()
-        if self._said is not None and self._said[0] <= self.now_ms:
-            deliver(self.core.i, self._said[1], now_s)
-            self._said = None
+        if self._clearance is not None and self._clearance[0] <= self.now_ms:
+            deliver(self.core.i, self._clearance[1], now_s)
+            self._clearance = None
         self._sense()
         if self.now_ms % _MISSION_MS == 0:
             self._plan_and_follow(now_s)
@@ -248,8 +248,8 @@ class Go:
             for eye, blindness in zip(self._eyes, self._blindness, strict=True)
         )
         found = self._evaluate(views)
-        said = Clearance(source=codes.SIMULATED, acquired_s=now_s - TURN_S, **found)
-        self._said = (self.now_ms + _LATE_MS, said)
+        clearance = Clearance(source=codes.SIMULATED, acquired_s=now_s - TURN_S, **found)
+        self._clearance = (self.now_ms + _LATE_MS, clearance)
         located = self._located_at(now_s - 0.5 * TURN_S)
         if located is not None and not self.pose_lost:
             points = np.concatenate([view.points_m for view in views])
@@ -313,11 +313,11 @@ class Go:
         if override != codes.NO_REASON:
             name = codes.reason_name(override)
             self.outcome.overrides[name] = self.outcome.overrides.get(name, 0) + 1
-        out, asked = abs(self._put_out.linear_permille), abs(stick.linear_permille)
+        out, requested = abs(self._put_out.linear_permille), abs(stick.linear_permille)
         if override != codes.NO_REASON:
             what = "overruled"
-        elif asked:
-            slowed = out < 0.95 * min(asked, self._permitted)
+        elif requested:
+            slowed = out < 0.95 * min(requested, self._permitted)
             what = "slowed by the board" if slowed else "slower than permitted"
             if out > 0.9 * self._permitted:
                 what = "driving"
@@ -364,8 +364,8 @@ class Go:
             if mission.state == ARRIVED:
                 break
             if mission.state == BLOCKED:
-                if outcome.blocked_said_s is None:
-                    outcome.blocked_said_s = (self.now_ms - begin_ms) / 1000.0
+                if outcome.blocked_reported_s is None:
+                    outcome.blocked_reported_s = (self.now_ms - begin_ms) / 1000.0
                 blocked_ms += _STEP_MS
                 if blocked_ms > 30_000:
                     break
@@ -377,14 +377,14 @@ class Go:
         outcome.took_s = (self.now_ms - begin_ms) / 1000.0
         if self._trusted and first_way is not None:
             outcome.ideal_s = ideal_s(first_way, began, self._may(True))
-        outcome.said_arrived = mission.state == ARRIVED
+        outcome.reported_arrived = mission.state == ARRIVED
         outcome.reason = mission.reason or mission.state
         self.run_ms(round(1000.0 * settle_s))
         x, y, heading_deg = self.pose
         outcome.end_m = math.dist((x, y), goal[:2])
         outcome.end_deg = abs(math.remainder(heading_deg - math.degrees(goal[2]), 360.0))
         near = outcome.end_m <= 0.15 and outcome.end_deg <= 5.0
-        outcome.arrived = outcome.said_arrived and near and not outcome.collisions
+        outcome.arrived = outcome.reported_arrived and near and not outcome.collisions
         outcome.plans = mission.plans
         return outcome
 

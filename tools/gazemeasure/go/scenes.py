@@ -38,7 +38,7 @@ KINDS = {WHOLE: 100, DRAWN: 20, ROBOT: 20, DOOR: 20, PERSON: 20, ROUND: 20}
 """How many of each the whole set has."""
 SHUT = (DOOR, PERSON, ROUND)
 _LEAST_ARRIVED = {WHOLE: 99.0, DRAWN: 99.0, ROBOT: 99.0, DOOR: 95.0, PERSON: 95.0, ROUND: 95.0}
-_SAID_S = 10.0
+_REPORTED_S = 10.0
 _QUICK = 2
 _ROOM_M = 1.5  # nothing is blocked nearer to the chair
 _LOOK_MS = 50
@@ -118,7 +118,7 @@ def _add(report: Report, kind: str, done: list[Driven]) -> None:
         shut = sum(one.shut for one in done)
         report.add("  ways that were shut", shut, f"of {len(done)}", len(done), at_least=True)
         silent_s = max(one.silent_s for one in done)
-        report.add("  stood there before its pages were told why, most", silent_s, "s", _SAID_S)
+        report.add("  stood there before its pages were told why, most", silent_s, "s", _REPORTED_S)
 
 
 class Shut:
@@ -129,7 +129,7 @@ class Shut:
         self._after_m = float(np.random.default_rng((job.seed, 5)).uniform(0.0, _SHUTS_M))
         self._shut = False
         self._silent_ms: int | None = None
-        self._said_ms: int | None = None
+        self._reported_ms: int | None = None
 
     def act(self, judge: Judge) -> None:
         """Called each millisecond."""
@@ -137,7 +137,7 @@ class Shut:
             return
         now_ms, room = judge.chair.now_ms, judge.scene.room
         x_m, y_m, _ = judge.chair.world.pose
-        if not self._shut and self._said_ms is None:
+        if not self._shut and self._reported_ms is None:
             made_m = math.dist((x_m, y_m), judge.scene.start[:2])
             far_m = math.dist((x_m, y_m), _middle(room.doors[0]))
             if made_m > self._after_m and far_m > _ROOM_M and x_m < _WALL_X_M:
@@ -145,17 +145,17 @@ class Shut:
                 judge.driven.shut = True
         if not self._shut:
             return
-        said = bool(judge.chair.news["reason"])
-        if said and self._said_ms is None:
-            self._said_ms = now_ms
-        if said or judge.moves:
+        reported = bool(judge.chair.news["reason"])
+        if reported and self._reported_ms is None:
+            self._reported_ms = now_ms
+        if reported or judge.moves:
             self._silent_ms = None
         elif self._silent_ms is None:
             self._silent_ms = now_ms
         else:
             silent_s = (now_ms - self._silent_ms) / 1000.0
             judge.driven.silent_s = max(judge.driven.silent_s, silent_s)
-        waited_s = 0.0 if self._said_ms is None else (now_ms - self._said_ms) / 1000.0
+        waited_s = 0.0 if self._reported_ms is None else (now_ms - self._reported_ms) / 1000.0
         if self._kind != ROUND and waited_s > _SHUT_S:
             self._set(room, False)
 

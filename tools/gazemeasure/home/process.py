@@ -38,23 +38,23 @@ def measure(report: Report, quick: bool, per_turn: int) -> None:
     events = list(Drive(home_plans.home(_HOME), _HOME, (FRONT,), per_turn).events(seconds))
     lidar = LidarConfig(kind="s2", x_m=FRONT.x_m)
     service = OdometryService((lidar,), Health("odometry"), Obeys(Health("motion"), lambda: None))
-    heard: list[tuple[float, float]] = []  # when it was measured, and when it came
+    received: list[tuple[float, float]] = []  # when it was measured, and when it came
 
     def hear(estimate: Estimate) -> None:
-        heard.append((estimate.time_s, time.monotonic()))
+        received.append((estimate.time_s, time.monotonic()))
 
     service.subscribe(hear)
     service.start()
     try:
         first = next(event for event in events if not isinstance(event, Motion))
         end_s = time.monotonic() + _STARTS_S
-        while not heard and time.monotonic() < end_s:
+        while not received and time.monotonic() < end_s:
             _send(service, first, time.monotonic() - first.times_s[-1])
             time.sleep(0.05)
         assert service.pid is not None
         holding, before_s = Holding(), cpu_s(service.pid)
         holding.look(service.pid, 0.0)
-        heard.clear()
+        received.clear()
         with StallProbe() as probe:
             begin_s = time.monotonic()
             next_s = 0.0
@@ -70,14 +70,14 @@ def measure(report: Report, quick: bool, per_turn: int) -> None:
         report.add("odometry's process, a dense lidar: share of a core", core, "%", _SHARE)
         holding.look(service.pid, passed_s)
         add_memory(report, holding.memory_mb)
-        add_estimates(report, heard, passed_s, probe.stalled)
+        add_estimates(report, received, passed_s, probe.stalled)
     finally:
         service.stop()
 
 
 def add_estimates(
     report: Report,
-    heard: list[tuple[float, float]],
+    received: list[tuple[float, float]],
     passed_s: float,
     stalled: Callable[[float, float], bool],
 ) -> None:
@@ -85,11 +85,11 @@ def add_estimates(
 
     What is left out is decided before an estimate is late: a late one has more time for stalls.
     """
-    report.add("  estimates a second", len(heard) / passed_s, "", _LEAST_HZ, at_least=True)
-    ages_s = [came - at for at, came in heard if not stalled(at, at + _AGE_S)]
+    report.add("  estimates a second", len(received) / passed_s, "", _LEAST_HZ, at_least=True)
+    ages_s = [came - at for at, came in received if not stalled(at, at + _AGE_S)]
     report.add("  age of an estimate, 99 %", percentile(ages_s, 0.99), "s", _AGE_S)
-    dropped = len(heard) - len(ages_s)
-    report.note(f"({dropped} of {len(heard)} ages overlap a stall of the machine: dropped)")
+    dropped = len(received) - len(ages_s)
+    report.note(f"({dropped} of {len(received)} ages overlap a stall of the machine: dropped)")
 
 
 def add_memory(report: Report, memory_mb: list[tuple[float, float]]) -> None:

@@ -43,14 +43,14 @@ def _digest(file: Path | None, begins: str) -> str:
 
 def _of_starts(rows: list[Row]) -> Row:
     """How many starts of each kind were right, wrong, and without a claim."""
-    told: dict[str, Counter[str]] = {}
+    by_kind: dict[str, Counter[str]] = {}
     for row in rows:
         for result in ("right", "wrong", "unknown"):
             for kind, count in row[result].items():
-                told.setdefault(kind, Counter())[result] += count
+                by_kind.setdefault(kind, Counter())[result] += count
     return {
         "homes": len(rows),
-        "kinds": {kind: dict(counts) for kind, counts in sorted(told.items())},
+        "kinds": {kind: dict(counts) for kind, counts in sorted(by_kind.items())},
         "claims in homes that are not on the map": sum(sum(row["elsewhere"]) for row in rows),
         "carried away": sum(len(row["lost_after_s"]) for row in rows),
         "noticed after, most, s": max(max(row["lost_after_s"], default=0.0) for row in rows),
@@ -59,11 +59,11 @@ def _of_starts(rows: list[Row]) -> Row:
 
 def _of_drives(rows: list[Row]) -> Row:
     """The largest errors of each number of lidars, and what was reported without cause."""
-    told = {}
+    summary = {}
     done = [home_drives.kept(row) for row in rows]
     for lidars in sorted({one.job.lidars for one in done}):
         mine = [one for one in done if one.job.lidars == lidars]
-        told[lidars] = {
+        summary[lidars] = {
             "drives": len(mine),
             "hours": round(sum(one.job.seconds for one in mine) / 3600.0, 2),
             "way, m": round(sum(one.way_m for one in mine)),
@@ -76,4 +76,4 @@ def _of_drives(rows: list[Row]) -> Row:
             "called stuck or pushed without cause": sum(one.alarms for one in mine),
             "a lidar called turned without cause": sum(one.turned for one in mine),
         }
-    return told
+    return summary

@@ -12,7 +12,7 @@ from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar.service import LidarService
 from gazemeasure.growth import cpu_s
 from gazemeasure.lidar.emulator import MASK, started
-from gazesim.zone import told_by
+from gazesim.zone import reported_zone
 
 _START_S = 30.0
 _SETTLE_S = 3.0
@@ -30,7 +30,7 @@ def core_share(seconds: float) -> tuple[float, float]:
         emulator = started(path)
         config = LidarConfig(kind="s2", port=path, mask=MASK)
         service = LidarService((config,), FootprintConfig(), count, Health("lidar"))
-        service.zone(told_by())
+        service.zone(reported_zone())
         try:
             service.start()
             end_s = time.monotonic() + _START_S

@@ -109,8 +109,8 @@ def _run(seconds: float, busy: bool) -> Live:
         finally:
             stopping.set()
             pipeline.stop()
-            told, _ = emulator.communicate(timeout=10.0)
-        counted = json.loads(told)
+            printed, _ = emulator.communicate(timeout=10.0)
+        counted = json.loads(printed)
         ends_s: list[float] = counted["turn_ends_s"]
         pairs = [(ends_s[turn - 1], at) for turn, at in seen_s.items() if 0 < turn <= len(ends_s)]
         # A busy thread stalls the probe as well.

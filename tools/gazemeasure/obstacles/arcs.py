@@ -151,7 +151,7 @@ class ArcRun:
         mounts = FRONT if one_lidar else CORNERS
         self._eyes = [Eye(m, self._room, NOISE_M, seed + k) for k, m in enumerate(mounts)]
         self._rule = Ours(self._eyes) if ruled else None
-        self._said: Clearance | None = None
+        self._clearance: Clearance | None = None
         self._out = (0, 0)
         self._steps = 0
         self._pressed = False
@@ -220,11 +220,11 @@ class ArcRun:
             where = (chair.x_m, chair.y_m, chair.heading_deg)
             for eye in self._eyes:
                 eye.step(_STEP_S, where)
-            if self._said is not None:
-                deliver(self._inputs, self._said, now_s)
-                self._said = None
+            if self._clearance is not None:
+                deliver(self._inputs, self._clearance, now_s)
+                self._clearance = None
             if self._steps % _LOOK_STEPS == 0 and self._eyes[0].turns:
-                self._said = self._rule.look(now_s)
+                self._clearance = self._rule.look(now_s)
         self._inputs.rate_q4 = round(16.0 * chair.yaw_rate_deg_s)
         self._inputs.heading_q4 = round(16.0 * chair.heading_deg) % 5760
         self._inputs.heading_count = (self._inputs.heading_count + 1) & 0xFFFF
@@ -241,7 +241,7 @@ class ArcRun:
         if self._rule is not None:
             obstacles.step(i, *self._out, True, self._trusted)
             blocked, caps, arcs = obstacles.blocked, obstacles.caps, obstacles.arcs
-        if self._pressed and blocked & (ARC_BLOCKED | self._asked()):
+        if self._pressed and blocked & (ARC_BLOCKED | self._requested()):
             self._pressed = False
         if self._pressed and i.verb != codes.STOP:
             motion.step(i, blocked, caps, 0, arcs)
@@ -249,7 +249,7 @@ class ArcRun:
             motion.stop()
         self._out = (motion.linear_permille, motion.turn_permille)
 
-    def _asked(self) -> int:
+    def _requested(self) -> int:
         i = self._inputs
         if i.verb != codes.DRIVE:
             return int(1 << (i.verb - codes.FORWARD))

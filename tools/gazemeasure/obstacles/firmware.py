@@ -75,9 +75,9 @@ class SeeingChair(LinkedChair):
     def one_ms(self) -> None:
         """One step, and the clearance from its scan."""
         super().one_ms()
-        said = self._eyes.step(self.scanned, self.now_ms)
-        if said is not None:
-            self._pending.append((self.now_ms + _LATE_MS, said))
+        clearance = self._eyes.step(self.scanned, self.now_ms)
+        if clearance is not None:
+            self._pending.append((self.now_ms + _LATE_MS, clearance))
         if self._pending and self._pending[0][0] <= self.now_ms:
             self.link.clearance(self._pending.pop(0)[1])
 

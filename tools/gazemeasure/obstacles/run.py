@@ -98,7 +98,7 @@ class Run:
         self._rule = None
         if rule != NONE:
             self._rule = Ours(self._eyes) if rule == OURS else Prototype(self._eyes[0])
-        self._said: Clearance | None = None
+        self._clearance: Clearance | None = None
         self._out = (0, 0)
         self._now_s = 0.0
         self._walker: Person | None = None
@@ -149,11 +149,11 @@ class Run:
         where = (self._chair.x_m, self._chair.y_m, self._chair.heading_deg)
         for eye in self._eyes:
             eye.step(_STEP_S, where)
-        if self._said is not None:
-            deliver(self._inputs, self._said, self._now_s)
-            self._said = None
+        if self._clearance is not None:
+            deliver(self._inputs, self._clearance, self._now_s)
+            self._clearance = None
         if round(self._now_s / _STEP_S) % _LOOK_STEPS == 0 and self._eyes[0].turns:
-            self._said = self._rule.look(self._now_s)
+            self._clearance = self._rule.look(self._now_s)
 
     def _decide(self, pressed: bool) -> bool:
         """Ten ticks of the board; True when it blocks the motion."""
@@ -234,7 +234,7 @@ def fastest(chair: Chair) -> float:
     return abs(chair.speed_m_s) + abs(math.radians(chair.yaw_rate_deg_s)) * _CORNER_M
 
 
-def deliver(inputs: Inputs, said: Clearance, now_s: float) -> None:
+def deliver(inputs: Inputs, clearance: Clearance, now_s: float) -> None:
     """Set the inputs as the board's link does for a CLEARANCE frame that arrives at `now_s`."""
     i = inputs
     (
@@ -248,5 +248,5 @@ def deliver(inputs: Inputs, said: Clearance, now_s: float) -> None:
         i.clearance_age_ms,
         i.clearance_arc_views,
         i.clearance_arcs,
-    ) = said.fields(now_s)
+    ) = clearance.fields(now_s)
     i.clearance_count = (i.clearance_count + 1) & 0xFFFF

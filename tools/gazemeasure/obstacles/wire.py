@@ -17,7 +17,7 @@ from gazemeasure.far_end import far_end
 from gazemeasure.lidar.emulator import MASK, started
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
-from gazesim.zone import told_by
+from gazesim.zone import reported_zone
 
 _START_S = 20.0
 _LIMIT_MS = 10.0
@@ -64,7 +64,7 @@ def _measure(seconds: float) -> tuple[list[float], int]:
             Health("lidar"),
         )
         try:
-            service.zone(told_by())
+            service.zone(reported_zone())
             service.start()
             end_s = time.monotonic() + _START_S
             while not written_s and time.monotonic() < end_s:
@@ -72,8 +72,8 @@ def _measure(seconds: float) -> tuple[list[float], int]:
             time.sleep(seconds)
         finally:
             service.stop()
-            told, _ = emulator.communicate(timeout=10.0)
-        ends_s: list[float] = json.loads(told)["turn_ends_s"]
+            printed, _ = emulator.communicate(timeout=10.0)
+        ends_s: list[float] = json.loads(printed)["turn_ends_s"]
         pairs = [(ends_s[n - 1], at) for n, at in written_s.items() if 0 < n <= len(ends_s)]
         pairs = [(end, at) for end, at in pairs if at >= end]
         good = [pair for pair in pairs if not probe.stalled(*pair)]

@@ -138,7 +138,7 @@ def _judge_glances(
 
 def _glances(driver: Driver, stack: Stack, probe: StallProbe, presses: int) -> Samples:
     check = Check(stack, driver, gazesetup.LOCAL / "artefacts")
-    check.simulation_is_said()
+    check.simulation_is_shown()
     driver.page.wait_for_timeout(_SETTLE_S * 1000)
     grace_ms = _grace_ms(driver)
     samples = Samples()

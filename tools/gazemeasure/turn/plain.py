@@ -46,7 +46,7 @@ def _costs(profile: str, gains: list[PlainGains], angles: Floats) -> Floats:
     follow = 1.0 - np.exp(-_STEP_S / axis.lag_s)
     delay = round(axis.dead_time_s / _STEP_S)
     late = round(_LATE_S / _STEP_S)
-    asked = [np.zeros(shape)] * (delay + 1)
+    requested = [np.zeros(shape)] * (delay + 1)
     seen = [(np.zeros(shape), np.zeros(shape))] * (late + 1)
     ramp, speed, heading, total = (np.zeros(shape) for _ in range(4))
     since, settled = np.full(shape, np.inf), np.full(shape, SECONDS)
@@ -60,8 +60,8 @@ def _costs(profile: str, gains: list[PlainGains], angles: Floats) -> Floats:
         total = np.where(free, np.clip(total + ki * error * _STEP_S, -1000, 1000), total)
         out = np.where(np.abs(error) <= cutoff, 0.0, np.clip(out + total, -1000, 1000)) / 1000
         share = np.maximum(0.0, np.abs(out) - axis.deadband) / (1.0 - axis.deadband)
-        asked.append(np.where(out > 0, axis.positive, -axis.negative) * share)
-        wanted = asked.pop(0)
+        requested.append(np.where(out > 0, axis.positive, -axis.negative) * share)
+        wanted = requested.pop(0)
         faster = (np.abs(wanted) > np.abs(ramp)) & (wanted * ramp >= 0.0)
         change = np.where(faster, axis.accelerate, axis.brake) * _STEP_S
         ramp = ramp + np.clip(wanted - ramp, -change, change)

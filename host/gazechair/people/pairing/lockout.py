@@ -19,7 +19,7 @@ FREE_GUESSES = 5
 WAIT_S = 1.0
 _FORGET_S = 3600.0
 _MOST_ADDRESSES = 1000
-_MOST_ASKED = 5000  # more than can arrive in WAIT_S
+_MOST_REQUESTS = 5000  # more than can arrive in WAIT_S
 
 
 @dataclass
@@ -33,20 +33,20 @@ class Lockout:
 
     def __init__(self) -> None:
         self._addresses: OrderedDict[str, _Address] = OrderedDict()
-        self._asked: OrderedDict[bytes, float] = OrderedDict()  # when it may be checked
+        self._requests: OrderedDict[bytes, float] = OrderedDict()  # when it may be checked
 
     def wait_s(self, address: str, code: str, now_s: float) -> float:
         """0 when `code` from `address` may be checked now, else the seconds until it may."""
         entry = self._addresses.get(_group(address))
         if entry is None or entry.wrong < FREE_GUESSES or now_s - entry.last_s > _FORGET_S:
             return 0.0
-        asked = hashlib.sha256(f"{_group(address)} {code}".encode("utf-8", "replace")).digest()
-        due_s = self._asked.setdefault(asked, now_s + WAIT_S)
+        request = hashlib.sha256(f"{_group(address)} {code}".encode("utf-8", "replace")).digest()
+        due_s = self._requests.setdefault(request, now_s + WAIT_S)
         if now_s >= due_s:
-            del self._asked[asked]
+            del self._requests[request]
             return 0.0
-        while len(self._asked) > _MOST_ASKED:
-            self._asked.popitem(last=False)
+        while len(self._requests) > _MOST_REQUESTS:
+            self._requests.popitem(last=False)
         return due_s - now_s
 
     def wrong(self, address: str, now_s: float) -> None:

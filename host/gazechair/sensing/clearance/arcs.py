@@ -71,11 +71,11 @@ class ArcReach:
         self._band_rows = np.full(self._band.count, _NO_WAY, dtype=np.int64)
         self._band_rows[band] = at + np.arange(len(band))
         tables.append((at, centres[band], cell_m, Margins(0.0, 0.0, 0.0)))
-        asked = np.arange(at + len(band)) if only_m is None else np.unique(self._find(only_m)[0])
+        wanted = np.arange(at + len(band)) if only_m is None else np.unique(self._find(only_m)[0])
         self._rows = np.zeros((at + len(band), arcs.SIZE), dtype=np.uint8)
         self._rows[_FAR] = arcs.FAR
         for first, cells_m, size_m, margins in tables:
-            rows = asked[(asked >= first) & (asked < first + len(cells_m))]
+            rows = wanted[(wanted >= first) & (wanted < first + len(cells_m))]
             self._rows[rows] = self._table(cells_m[rows - first], size_m, margins)
 
     def ways(self, points_m: FloatArray, contacts: FloatArray) -> Bytes:

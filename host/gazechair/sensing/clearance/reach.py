@@ -119,10 +119,10 @@ class LidarReach:
             way_m = min((ways[direction] for ways in ways_m), default=math.inf)
             pairs = zip(stood, ways_m, strict=True)
             all_stood = all(one for one, ways in pairs if ways[direction] < way_m + AWAY_M)
-            told_m = standing.update(
+            reported_m = standing.update(
                 way_m, all_stood, walks, self._movers.turned_deg, view.acquired_s
             )
-            least[direction] = min(least[direction], told_m)
+            least[direction] = min(least[direction], reported_m)
         if walks:
             contacts = self._sweeps.contacts(coming)
             least = np.minimum(least, contacts.min(axis=0))

@@ -62,14 +62,14 @@ class Approach:
         self.blocked_within_m = float(self._from_m[0])
         self.again_from_m = float(np.interp(self.creep_way_m, self._permits_at_m, self._from_m))
 
-    def told_m(self, way_m: float) -> float:
+    def reported_m(self, way_m: float) -> float:
         """Clearance to report when a person may stand `way_m` ahead."""
         if math.isinf(way_m):
             return way_m
         if way_m < self.blocked_within_m:
             return 0.0
-        told = float(np.interp(way_m, self._from_m, self._permits_at_m))
-        return told + max(0.0, way_m - float(self._from_m[-1]))
+        reported = float(np.interp(way_m, self._from_m, self._permits_at_m))
+        return reported + max(0.0, way_m - float(self._from_m[-1]))
 
 
 def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray[np.int64]]:
@@ -124,7 +124,7 @@ class Standing:
         the chair has turned since whenever.
         """
         approach = self.approach
-        told_m = approach.told_m(way_m)
+        reported_m = approach.reported_m(way_m)
         if self._furniture:
             hidden = way_m >= self._near_m + AWAY_M
             if not hidden:
@@ -132,12 +132,12 @@ class Standing:
             turned = abs(turned_deg - self._since_deg) > AWAY_DEG
             self._furniture = not walks and not turned and at_s - self._seen_s < HIDDEN_S
             if self._furniture:
-                return told_m if hidden else max(approach.creep_way_m, told_m)
+                return reported_m if hidden else max(approach.creep_way_m, reported_m)
         if stood and way_m < approach.again_from_m + SAME_M:
             self._furniture = True
             self._near_m, self._seen_s, self._since_deg = way_m, at_s, turned_deg
-            return max(approach.creep_way_m, told_m)
-        return told_m
+            return max(approach.creep_way_m, reported_m)
+        return reported_m
 
 
 def stands(speed_m_s: float, rate_deg_s: float) -> bool:

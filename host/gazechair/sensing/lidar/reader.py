@@ -136,7 +136,7 @@ class Reader:
         stream = ByteStream(self.config.mode, self.source, *self._taps)
         self.stream = stream
         intake = Intake(device)
-        heard_s, patience_s = None, time.monotonic() + _FIRST_S
+        received_s, patience_s = None, time.monotonic() + _FIRST_S
         while not self._stopping.is_set():
             data, came_s = intake.gathered(stream)
             self.alive_s = now_s = time.monotonic()
@@ -144,8 +144,8 @@ class Reader:
             if stream.feed(data, came_s):
                 self._take(stream.scan())
             if stream.last_s != last_s:
-                heard_s = now_s  # what came late is no silence
-            self._judge(stream.frozen, port, now_s, heard_s, patience_s)
+                received_s = now_s  # what came late is no silence
+            self._judge(stream.frozen, port, now_s, received_s, patience_s)
 
     def _replay(self) -> None:
         """Play the file at its own speed, in a loop."""
@@ -183,18 +183,18 @@ class Reader:
             self._say(states.OK)
 
     def _judge(
-        self, frozen: bool, port: str, now_s: float, heard_s: float | None, patience_s: float
+        self, frozen: bool, port: str, now_s: float, received_s: float | None, patience_s: float
     ) -> None:
         if frozen:
             raise LidarError(f"the lidar at {port} repeats the same data; unplug it once", FROZEN)
-        if heard_s is None:
+        if received_s is None:
             if now_s > patience_s:
                 raise LidarError(
                     f"the lidar at {port} sends no measurements; is its motor turning?", MIRROR
                 )
-        elif now_s - heard_s > _SILENT_S:
+        elif now_s - received_s > _SILENT_S:
             text = f"the lidar at {port} sends nothing; check its plug and power supply"
-            if now_s - heard_s > _GIVE_UP_S:
+            if now_s - received_s > _GIVE_UP_S:
                 raise LidarError(text, SILENT)
             if self.scan is not None:
                 self._say(states.LOST, SILENT, text)
@@ -218,12 +218,12 @@ class Intake:
             # A read costs as much as many small computations: none before data is due.
             due_s = min(came_s + missing * stream.byte_s, end_s) + _LOOK_S
             time.sleep(max(0.0, due_s - time.monotonic()))
-            asked_s = time.monotonic()
-            more = self._device.read(max(0.0, end_s - asked_s) if data else _READ_S)
+            read_s = time.monotonic()
+            more = self._device.read(max(0.0, end_s - read_s) if data else _READ_S)
             now_s = time.monotonic()
             if more and now_s - self._emptied_s > _KEPT_BYTES * stream.byte_s:
                 return self._late(data, more, now_s, stream.byte_s)
-            self._emptied_s = asked_s
+            self._emptied_s = read_s
             if not more:
                 break
             data += more

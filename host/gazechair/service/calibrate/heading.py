@@ -132,25 +132,25 @@ class HeadingCalibration:
 
     def _hear(self, line: str) -> None:
         try:
-            told: dict[str, Any] = json.loads(line)
+            result: dict[str, Any] = json.loads(line)
         except ValueError:
             return
-        if "error" in told:
+        if "error" in result:
             self._trouble = self._trouble or (
                 f"the heading sensor at {ADDRESS:#04x} does not answer as it should"
-                f" ({told['error']}); check its supply, SDA, SCL and pull-ups"
+                f" ({result['error']}); check its supply, SDA, SCL and pull-ups"
             )
-        elif "chip_id" in told:
-            chip_id = told["chip_id"]
+        elif "chip_id" in result:
+            chip_id = result["chip_id"]
             self._say(f"chip id {chip_id:#04x} (a BNO055 says {_CHIP_ID:#04x})")
             if chip_id != _CHIP_ID:
                 self._trouble = f"what answers at {ADDRESS:#04x} is no BNO055 ({chip_id:#04x})"
         else:
-            _, gyro, accelerometer, _ = told["calibration"]
+            _, gyro, accelerometer, _ = result["calibration"]
             self._calibrated = gyro == accelerometer == 3
             self._say(
-                f"heading {-(told['heading'] or 0.0) % 360.0:5.1f} deg, turning"
-                f" {math.degrees(told['gyro_z'] or 0.0):+6.1f} deg/s (left is positive),"
+                f"heading {-(result['heading'] or 0.0) % 360.0:5.1f} deg, turning"
+                f" {math.degrees(result['gyro_z'] or 0.0):+6.1f} deg/s (left is positive),"
                 f" gyro {gyro} of 3, accelerometer {accelerometer} of 3"
             )
 

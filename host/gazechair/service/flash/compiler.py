@@ -23,10 +23,12 @@ class Compiler:
     def __init__(self, program: str) -> None:
         """Raises FlashError when `program` cannot be run or does not print its version."""
         self._program = program
-        said = self._run("--version")
-        found = re.search(r"mpy v(\d+)\.(\d+)", said)
+        answer = self._run("--version")
+        found = re.search(r"mpy v(\d+)\.(\d+)", answer)
         if not found:
-            raise FlashError(f"{program} does not say which .mpy version it writes: {said.strip()}")
+            raise FlashError(
+                f"{program} does not say which .mpy version it writes: {answer.strip()}"
+            )
         self.version = (int(found[1]), int(found[2]))
 
     def fits(self, mpy: int) -> bool:

@@ -62,29 +62,29 @@ class Greeter:
         Raises FlashError when the port vanishes.
         """
         values = (codes.ROLE_HOST, 0, frame.schema_hash(), 0, 0, *VERSION, b"gazechair flash")
-        heard = self._ask(messages.HELLO, values, timeout_s, listen_s=_LISTEN_S)
-        if heard is None:
+        answer = self._ask(messages.HELLO, values, timeout_s, listen_s=_LISTEN_S)
+        if answer is None:
             return None
         return Hello(
-            heard["name"].rstrip(b"\0").decode("ascii", "replace"),
-            f"{heard['major']}.{heard['minor']}.{heard['patch']}",
-            heard["schema_hash"],
-            bool(heard["flags"] & codes.FLAG_SIMULATED),
-            bool(heard["flags"] & codes.FLAG_ARMED),
-            heard["boot"],
+            answer["name"].rstrip(b"\0").decode("ascii", "replace"),
+            f"{answer['major']}.{answer['minor']}.{answer['patch']}",
+            answer["schema_hash"],
+            bool(answer["flags"] & codes.FLAG_SIMULATED),
+            bool(answer["flags"] & codes.FLAG_ARMED),
+            answer["boot"],
         )
 
     def enter_maintenance(self, timeout_s: float) -> None:
         """Request that the firmware exits to the REPL. Raises FlashError with its refusal."""
         values = (messages.MAINTENANCE_KEY, 0, 0)
-        heard = self._ask(messages.MAINTENANCE, values, timeout_s, listen_s=0.0)
-        if heard is None:
+        answer = self._ask(messages.MAINTENANCE, values, timeout_s, listen_s=0.0)
+        if answer is None:
             raise FlashError(
                 f"the firmware at {self._port.path} does not answer to maintenance; unplug it,"
                 " plug it in again and repeat"
             )
-        if not heard["accepted"]:
-            reason = codes.reason_name(heard["reason"])
+        if not answer["accepted"]:
+            reason = codes.reason_name(answer["reason"])
             raise FlashError(
                 f"the board at {self._port.path} refuses maintenance ({reason}); disarm it first"
             )
@@ -102,9 +102,9 @@ class Greeter:
                     n = self._encoder.finish(message, 0)
                     self._port.write(bytes(self._encoder.wire[:n]))
                 if select.select([self._port.fileno()], [], [], 0.05)[0]:
-                    heard = self._listen(message)
-                    if heard is not None:
-                        return heard
+                    answer = self._listen(message)
+                    if answer is not None:
+                        return answer
             except PortError as error:
                 raise FlashError(str(error)) from None
             now_s = time.monotonic()
@@ -114,7 +114,7 @@ class Greeter:
         data = self._port.read()
         if not data:
             time.sleep(0.02)  # a port that hung up is always ready
-        heard: dict[str, Any] | None = None
+        answer: dict[str, Any] | None = None
         for byte in data:
             if not self._decoder.feed(byte):
                 continue
@@ -124,10 +124,10 @@ class Greeter:
                 detail = messages.FAULT.unpack(buf)["detail"]
                 self.fault = detail.rstrip(b"\0").decode("ascii", "replace")
             elif kind == wanted.type_id:
-                said = wanted.unpack(buf)
-                if kind != messages.HELLO.type_id or said["role"] == codes.ROLE_BOARD:
-                    heard = said
-        return heard
+                fields = wanted.unpack(buf)
+                if kind != messages.HELLO.type_id or fields["role"] == codes.ROLE_BOARD:
+                    answer = fields
+        return answer
 
 
 def wait_for_hello(path: str, limit_s: float) -> tuple[Hello | None, str]:

@@ -66,7 +66,7 @@ class ArmedSession:
         self._say = hands.say
         self._edge = 0
         self._last: BoardState | None = None
-        self._heard_s = 0.0
+        self._received_s = 0.0
 
     @contextlib.contextmanager
     def armed(self) -> Iterator[BoardId]:
@@ -77,7 +77,7 @@ class ArmedSession:
         self._ttl_s = board.limits.command_ttl_ms / 1000
         try:
             self._arm()
-            self._heard_s = self._clock()
+            self._received_s = self._clock()
             yield board
         finally:
             self._link.command(STOP_COMMAND)
@@ -112,9 +112,9 @@ class ArmedSession:
             raise TuneError("the heading sensor failed; see gazechair doctor", "heading_failed")
         if state is not self._last:
             self._last = state
-            self._heard_s = self._clock()
+            self._received_s = self._clock()
             return state
-        if self._clock() - self._heard_s > _SILENT_S:
+        if self._clock() - self._received_s > _SILENT_S:
             text = "the board has fallen silent; check its cable and repeat"
             raise TuneError(text, "board_silent")
         return None

@@ -146,12 +146,12 @@ def _ways(rows: Floats, share: Floats) -> Floats:
     late = np.arange(len(share) + 1)[None, :] * _DT_S - rows[:, _DEAD, None]
     edges, area = np.append(times, len(share) * _DT_S), np.append(0.0, np.cumsum(share))
     known = np.diff([np.interp(row, edges, area) for row in late], axis=1)  # means over each step
-    asked = full[:, None] * np.clip((known - band) / (1.0 - band), 0.0, 1.0)
+    requested = full[:, None] * np.clip((known - band) / (1.0 - band), 0.0, 1.0)
     follow = 1.0 - np.exp(-_DT_S / lag)
     ramp, speed, way = np.zeros(len(rows)), np.zeros(len(rows)), np.zeros(len(rows))
     out = np.empty((len(rows), len(share)))
     for step in range(len(share)):
-        wanted = asked[:, step]
+        wanted = requested[:, step]
         before = speed
         ramp = ramp + np.clip(wanted - ramp, -down * _DT_S, up * _DT_S)
         speed = speed + (ramp - speed) * follow

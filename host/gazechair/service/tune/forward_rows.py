@@ -37,7 +37,7 @@ def straight_rows(
     }
 
 
-def straight_told(
+def straight_lines(
     numbers: ForwardNumbers, rows: Mapping[str, int], before: Sequence[int], profile: str
 ) -> Iterator[str]:
     """The result as lines for a person."""

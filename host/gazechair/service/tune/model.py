@@ -149,8 +149,8 @@ def excess_dps(unknowns: Floats, pulses: Pulses) -> Floats:
     0 where the ramp is below the breakaway speed and the chair stuck, or above and it turned.
     """
     u = unknowns[:, :, None, None]
-    asked = _asked(u, pulses)
-    above = np.minimum(np.exp(u[:, ACCELERATE]) * pulses.seconds, asked) - u[:, BREAKAWAY]
+    requested = _requested(u, pulses)
+    above = np.minimum(np.exp(u[:, ACCELERATE]) * pulses.seconds, requested) - u[:, BREAKAWAY]
     return np.maximum(0.0, np.where(pulses.turned, -above, above))[:, :, 0]
 
 
@@ -158,7 +158,7 @@ def _full(u: Floats, pulses: Pulses) -> Floats:
     return np.asarray(np.exp(np.where(pulses.deflection > 0, u[:, LEFT], u[:, RIGHT])))
 
 
-def _asked(u: Floats, pulses: Pulses) -> Floats:
+def _requested(u: Floats, pulses: Pulses) -> Floats:
     """The speed each pulse requests, without sign."""
     band = u[:, DEADBAND]
     share = np.clip((np.abs(pulses.deflection) - band) / (pulses.full - band), 0.0, 1.0)
@@ -168,9 +168,9 @@ def _asked(u: Floats, pulses: Pulses) -> Floats:
 def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
     """The wheels' distance in the pulse's own direction, and how long they moved between each
     sample and the one before."""
-    full, asked, friction = _full(u, pulses), _asked(u, pulses), u[:, FRICTION]
+    full, requested, friction = _full(u, pulses), _requested(u, pulses), u[:, FRICTION]
     up, down, lag = np.exp(u[:, ACCELERATE]), np.exp(u[:, BRAKE]), np.exp(u[:, LAG])
-    rising = np.minimum(pulses.seconds, asked / up)
+    rising = np.minimum(pulses.seconds, requested / up)
     breaks = np.maximum(friction, u[:, BREAKAWAY])
     loose = breaks / up  # when it breaks loose
     zero = pulses.seconds + np.maximum(0.0, up * rising - friction) / down

@@ -36,7 +36,7 @@ from gazelink import codes
 
 _CONNECT_S = 10.0
 _POLL_S = 0.05
-HEARD_S = 0.6  # until the board permits more speed: 0.3 s of a better view, and some scans
+PERMITTED_S = 0.6  # until the board permits more speed: 0.3 s of a better view, and some scans
 _TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _GO = "\nEnter: go. Anything else: leave all as it is. "
 
@@ -50,7 +50,7 @@ def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]
 
             def record(believed: TurnNumbers, neutral_count: int) -> list[Recording]:
                 looked.set()
-                time.sleep(HEARD_S)
+                time.sleep(PERMITTED_S)
                 return Runner(hands).run(believed, neutral_count)
 
             def straight() -> list[ForwardRecording]:
@@ -85,10 +85,10 @@ def _board_and_lidars(
         on_state=feed.board,
     )
 
-    def told(clearance: Clearance) -> None:
+    def report(clearance: Clearance) -> None:
         link.clearance(with_eyes(clearance) if looked.is_set() else clearance)
 
-    lidars = LidarService(config.lidar, config.footprint, told, eyes, inbox_fds=feed.fds)
+    lidars = LidarService(config.lidar, config.footprint, report, eyes, inbox_fds=feed.fds)
     link.start()
     try:
         lidars.start()

@@ -9,7 +9,7 @@ from gazechair.service.board_settings import SettingsError, may_be_done
 from gazechair.service.tune import StoppedError, TuneError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.forward import identify as identify_straight
-from gazechair.service.tune.forward_rows import straight_rows, straight_told
+from gazechair.service.tune.forward_rows import straight_lines, straight_rows
 from gazechair.service.tune.identify import Fit, identify
 from gazechair.service.tune.judge import fits_profile, judge
 from gazechair.service.tune.numbers import TurnNumbers
@@ -122,7 +122,7 @@ class Tuning:
             if self._straight is not None:
                 found = identify_straight(self._straight())
                 rows = straight_rows(found, profile, before, turns)
-                for line in straight_told(found, rows, before, profile):
+                for line in straight_lines(found, rows, before, profile):
                     self._say(line)
                 self._found = found
                 return rows
@@ -147,11 +147,11 @@ class Tuning:
             saving = True
             self._board.save(values)
         except BaseException as error:  # Ctrl-C, too, leaves nothing half stored
-            told = isinstance(error, SettingsError)
-            why = str(error) if told else "stopped"
+            expected = isinstance(error, SettingsError)
+            why = str(error) if expected else "stopped"
             old = {index: before[index] for index in changed}
             self._put_back(tuned, old, saving and may_be_done(error), why)
-            if not told:
+            if not expected:
                 raise
             text = "not stored: {error}; the settings are as before"
             raise TuneError(text, "store_failed", error=why) from None

@@ -96,29 +96,29 @@ def tune(
     go: bool = True,
     straight: Callable[[], Sequence[ForwardRecording]] | None = None,
 ) -> str:
-    said: list[str] = []
+    printed: list[str] = []
 
     def measured(believed: TurnNumbers, neutral_count: int) -> list[Recording]:
         assert neutral_count == 170
         return recordings
 
-    Tuning(board, measured, said.append, lambda: go, straight).run(profile, dry_run)
-    return "\n".join(said)
+    Tuning(board, measured, printed.append, lambda: go, straight).run(profile, dry_run)
+    return "\n".join(printed)
 
 
 def test_what_is_found_is_stored_for_that_profile_alone(
     board: MemoryBoard, recordings: list[Recording]
 ) -> None:
     before = board.all()
-    said = tune(board, recordings)
+    printed = tune(board, recordings)
     changed = {TABLE[k][0] for k, value in enumerate(board.values) if value != before[k]}
     assert all(name.startswith("p3_1_") for name in changed - {"profile"})
     assert board.values[index_of("p3_1_tuned")] == 1
     assert board.values[index_of("profile")] == PROFILES.index("3.1")
     assert board.saved == board.values
-    assert "free all round" in said
-    assert "stops it at once" in said
-    assert "braking while driving forward stays 500 mm/s2: it cannot be measured" in said
+    assert "free all round" in printed
+    assert "stops it at once" in printed
+    assert "braking while driving forward stays 500 mm/s2: it cannot be measured" in printed
     assert TurnNumbers.of("3.1", board.values).left_dps == pytest.approx(45.5, rel=0.06)
 
 
@@ -133,9 +133,9 @@ def straight_on() -> list[ForwardRecording]:
 def test_driving_straight_on_is_stored_with_it(
     board: MemoryBoard, recordings: list[Recording]
 ) -> None:
-    said = tune(board, recordings, straight=straight_on)
-    assert "three metres free ahead" in said
-    assert "a step forward goes 0.50 m in profile 3.1" in said
+    printed = tune(board, recordings, straight=straight_on)
+    assert "three metres free ahead" in printed
+    assert "a step forward goes 0.50 m in profile 3.1" in printed
     assert board.values[index_of("p3_1_forward_mm_s")] == pytest.approx(378, rel=0.1)
     assert board.values[index_of("step_forward_ms")] == pytest.approx(2850, rel=0.05)
     assert board.saved == board.values
@@ -154,8 +154,8 @@ def test_what_cannot_be_driven_straight_on_keeps_its_braking_and_a_stop_keeps_al
     with pytest.raises(StoppedError):
         tune(board, recordings, straight=stopped)
     assert (board.values, board.saved) == (before, None)
-    said = tune(board, recordings, straight=blocked)
-    assert "stays 500 mm/s2: the board stopped the chair: obstacle_forward" in said
+    printed = tune(board, recordings, straight=blocked)
+    assert "stays 500 mm/s2: the board stopped the chair: obstacle_forward" in printed
     assert board.values[index_of("p3_1_tuned")] == 1
     assert board.values[index_of("p3_1_brake_mm_s2")] == 500
 
@@ -164,10 +164,10 @@ def test_a_dry_run_shows_and_changes_nothing(
     board: MemoryBoard, recordings: list[Recording]
 ) -> None:
     before = board.all()
-    said = tune(board, recordings, dry_run=True)
-    assert "before" in said
-    assert "found" in said
-    assert "dry run: nothing was changed" in said
+    printed = tune(board, recordings, dry_run=True)
+    assert "before" in printed
+    assert "found" in printed
+    assert "dry run: nothing was changed" in printed
     assert (board.values, board.saved) == (before, None)
 
 

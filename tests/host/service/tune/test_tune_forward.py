@@ -16,7 +16,7 @@ from gazechair.board.events import SettingReply
 from gazechair.sensing.odometry.doubts import CORRIDOR, STUCK
 from gazechair.service.tune import StoppedError, TuneError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording, identify, step_shares
-from gazechair.service.tune.forward_rows import straight_rows, straight_told
+from gazechair.service.tune.forward_rows import straight_lines, straight_rows
 from gazechair.service.tune.forward_runner import ForwardRunner
 from gazechair.service.tune.forward_store import ForwardStore
 from gazechair.service.tune.numbers import TurnNumbers
@@ -98,12 +98,12 @@ def test_weaker_brakes_are_stored_and_the_weakest_refused() -> None:
 def test_a_step_that_may_not_last_long_enough_is_told() -> None:
     slow = replace(NUMBERS, full_m_s=0.15)
     rows = straight_rows(slow, "1.2", USUAL, TurnNumbers.default("1.2"))
-    said = list(straight_told(slow, rows, USUAL, "1.2"))
-    assert "it may not last longer" in said[-1]
+    printed = list(straight_lines(slow, rows, USUAL, "1.2"))
+    assert "it may not last longer" in printed[-1]
     assert (
         "goes 0.50 m"
         in list(
-            straight_told(
+            straight_lines(
                 NUMBERS, rows | {"step_forward_ms": NUMBERS.step_ms(600, 300, 5000)}, USUAL, "1.2"
             )
         )[-1]

@@ -147,8 +147,8 @@ def test_the_model_turns_as_the_twin_does(
     numbers = truth(undisturbed("3.1"))
     described = beliefs.unknowns(numbers, 1)[None]
     described[0, [model.LIE, model.FRICTION]] = 0.0, friction_dps
-    told = model.headings(described, Pulses.of([recording], [True]))[0, 0]
-    assert np.abs(told - recording.heading_deg).max() < 0.02
+    reported = model.headings(described, Pulses.of([recording], [True]))[0, 0]
+    assert np.abs(reported - recording.heading_deg).max() < 0.02
     off_deg = abs(angle_deg(numbers, deflection, pulse_s) - abs(headings[-1]))
     assert off_deg < 0.25 + 0.5 * friction_dps  # it knows none
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gazeboard.io.joystick import permille as told
+from gazeboard.io.joystick import permille as reported
 from gazechair.service.tune import TuneError
 from gazechair.service.tune.identify import Fit, identify
 from gazechair.service.tune.judge import fits_profile, judge
@@ -57,7 +57,7 @@ class Script:
                 count = self.neutral
             reason = codes.OBSTACLE_LEFT if self.ms > self.override_after_ms and permille else 0
             seen = self.heading_deg + self._random.normal(0.0, self.noise_deg)
-            procedure.sample(Sample(self.ms, seen, told(count, self.neutral), reason))
+            procedure.sample(Sample(self.ms, seen, reported(count, self.neutral), reason))
 
 
 def refused(script: Script) -> str:

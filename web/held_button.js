@@ -10,7 +10,7 @@ export const atTouch = (element, act) => {
 };
 
 /** `on` receives begin(), held() at once and at every heartbeat, end(). */
-export class Held {
+export class HeldButton {
   #on;
   #element;
   #source = null; // the pointer's number, or the key's place on the keyboard

@@ -1,16 +1,16 @@
 // The texts of the first drive: its own texts and facts, else the page's.
 
-import { PartWords } from "./part_words.js";
+import { PartTexts } from "./part_texts.js";
 import { tableOf } from "./strings.js";
 
 /** The texts in this language, else in Dutch. Throws when the host does not answer. */
-export async function firstWords(strings) {
+export async function firstTexts(strings) {
   const table = await tableOf(strings.language, "first");
-  return new FirstWords(table, strings, table.labels.first_unknown);
+  return new FirstTexts(table, strings, table.labels.first_unknown);
 }
 
 /** Texts of steps; facts are rows of GET /first-drive. */
-class FirstWords extends PartWords {
+class FirstTexts extends PartTexts {
   /** Why a step failed: in this language, else the host's English text. */
   failure({ error, fields, detail }) {
     const text = this.table.errors?.[error];

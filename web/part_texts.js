@@ -1,7 +1,7 @@
 // The texts of a part of the caretaker's page: its own, else the page's.
 
 /** `table`: from tableOf(); `unknown`: shown for an unknown value. */
-export class PartWords {
+export class PartTexts {
   constructor(table, strings, unknown) {
     this.table = table;
     this.strings = strings;

@@ -1,15 +1,15 @@
 // The texts about maps: their own, else the page's.
 
-import { PartWords } from "./part_words.js";
+import { PartTexts } from "./part_texts.js";
 import { tableOf } from "./strings.js";
 
 /** The texts in this language, else in Dutch. Throws when the host does not answer. */
-export async function mapWords(strings) {
+export async function mapTexts(strings) {
   const table = await tableOf(strings.language, "maps");
-  return new MapWords(table, strings, "?");
+  return new MapTexts(table, strings, "?");
 }
 
-class MapWords extends PartWords {
+class MapTexts extends PartTexts {
   number(value, digits) {
     return this.strings.number(value, digits);
   }
