@@ -36,7 +36,7 @@ _MATCHED, _FITS = 0.4, 3  # share of a piece's points; pieces
 _BESIDE = 0.7  # the cosine: a wall that the chair drives along
 _STEADY_RAD = math.radians(0.6)  # noise; at a bend it changes
 _KEPT_M = 4.0  # away without a comparison: they are not compared any more
-_RECENT_S = 1.0  # since a lidar saw the same wall: the chair has not gone far
+_RECENT_S = 1.0  # until a lidar sees the same wall again: the chair has not gone far
 # So far on, the lines still meet at the same place of the chair, but for a share of that.
 _ONWARD_M, _STAYS = 0.6, 0.2
 
@@ -82,11 +82,7 @@ class _Wall:
     def has_turned(self, before: _Wall) -> bool:
         """Whether it is what the same lidar saw before, at another angle."""
         turned_rad = abs(half_turn_rad(self.angle_rad - before.angle_rad))
-        return (
-            self.time_s - before.time_s < _RECENT_S
-            and _APART_RAD < turned_rad < _SAME_RAD
-            and self.differs_m(before) < _SAME_M
-        )
+        return _APART_RAD < turned_rad < _SAME_RAD and self.differs_m(before) < _SAME_M
 
 
 @dataclass(frozen=True)
@@ -258,15 +254,15 @@ class SharedWalls:
             np.array((math.cos(angle_rad), math.sin(angle_rad))),
             compose(pose, np.array((*found[1], 0.0)))[:2],
         )
-        if any(seen.has_turned(before) for before in self._walls.get(lidar, ())):
+        recent = [one for one in self._walls.get(lidar, ()) if at_s - one.time_s < _RECENT_S]
+        if any(seen.has_turned(before) for before in recent):
             self._bumped(lidar)
         for other, walls in self._walls.items():
             for wall in walls:
                 if other != lidar and at_s - wall.time_s < _LOOK_S:
                     pair = self._pairs.setdefault((min(lidar, other), max(lidar, other)), _Pair())
                     pair.take(*((wall, seen) if other < lidar else (seen, wall)), pose)
-        mine = [one for one in self._walls.get(lidar, ()) if at_s - one.time_s < _LOOK_S]
-        self._walls[lidar] = [*mine, seen]
+        self._walls[lidar] = [*recent, seen]
 
     def _bumped(self, lidar: int) -> None:
         """Forget that it agrees with others."""
