@@ -62,6 +62,15 @@ def test_in_a_bare_corridor_it_never_claims_more_than_it_knows(lidars: tuple[Mou
     assert found[-1][0].across_sigma_m < 0.05
 
 
+def test_in_a_bare_corridor_the_heading_drifts_and_is_claimed_as_sure_as_it_is() -> None:
+    found = [one for one, _ in drive(corridor(), (FRONT,), 20.0, speed_m_s=0.6, per_turn=800)]
+    off_deg = [abs(one.heading_deg - found[0].heading_deg) for one in found]
+    sigmas_deg = [one.heading_sigma_deg for one in found]
+    assert all(off < 3.0 * sigma for off, sigma in zip(off_deg, sigmas_deg, strict=True))
+    assert max(off_deg) > sigmas_deg[0]  # nor would it be within the claim of standing
+    assert max(sigmas_deg) < 0.5
+
+
 def test_a_bed_that_leaves_does_not_take_the_chair_with_it() -> None:
     found = drive(corridor(), (FRONT,), 6.0, bed_m_s=0.5)
     assert max(abs(off_m) for _, off_m in found) < 0.02

@@ -73,6 +73,28 @@ def test_up_to_a_degree_they_agree(deg: float) -> None:
     assert (found.agree, found.turned, found.sure) == (True, None, False)
 
 
+@pytest.mark.parametrize("half_ahead", [None, 0, 1])
+@pytest.mark.parametrize(("bumped_deg", "agree"), [(0.0, True), (1.0, True), (3.0, False)])
+def test_that_they_agreed_tells_nothing_once_one_sees_its_wall_turn(
+    bumped_deg: float, agree: bool, half_ahead: int | None
+) -> None:
+    """The chair stands; from then on the other lidar sees the wall to the right alone.
+
+    In one of two half turns, `half_ahead`, the bumped one sees a wall ahead instead of its own.
+    """
+    walls = driven(0.0, (0.0, 0.0))
+    assert walls.compared.agree
+    for step in range(40, 80):
+        ahead_deg = -90.0 if step % 2 == half_ahead else 0.0
+        for lidar, deg in enumerate((bumped_deg + ahead_deg, 0.0)):
+            points = seen(0.0, 99.0, 0.0, lidar == 0, deg) * (1.0, (1.0, -1.0)[lidar])
+            normal = math.sin(math.radians(deg)), -math.cos(math.radians(deg)) * (1.0, -1.0)[lidar]
+            times = HALF_S * (step + np.array((0.0, 1.0)))
+            piece = Piece(times, times, times, (AT_M[lidar], 0.0), 800, lidar)
+            walls.take(piece, points, np.tile(normal, (len(points), 1)), np.zeros(3))
+    assert walls.compared.agree is agree
+
+
 @pytest.mark.parametrize("deg", [2.0, 4.0, -8.0])
 def test_a_wall_with_a_bend_is_no_turned_lidar(deg: float) -> None:
     assert driven(0.0, (0.0, 0.0), (0.4, deg)).compared.turned is not None  # it seems so at rest

@@ -375,7 +375,6 @@ class Odometry:
     def _estimate(self, yaw: float, found: Fit, doubts: tuple[str, ...]) -> Estimate:
         assert self._time_s is not None
         (x, y, angle), state = self._pose(), self._state
-        sigma = np.sqrt(np.diag(self._covariance))
         along = np.array((math.cos(angle), math.sin(angle)))
         across = np.array((-along[1], along[0]))
         place = self._drift.with_match(self._covariance[:2, :2])
@@ -389,8 +388,8 @@ class Odometry:
             yaw,
             math.sqrt(along @ place @ along),
             math.sqrt(across @ place @ across),
-            math.degrees(self._drift.heading_rad(float(sigma[OFFSET]), self._mounting.sigma_rad)),
-            float(sigma[FORWARD]),
+            math.degrees(self._drift.heading_rad(self._covariance, self._mounting.sigma_rad)),
+            math.sqrt(self._covariance[FORWARD, FORWARD]),
             found.matched,
             doubts,
             self._track,

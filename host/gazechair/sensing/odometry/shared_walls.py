@@ -3,7 +3,8 @@
 The angle between them shows while the chair stands, too, and in a bare corridor. The lines that
 they see meet where the turned one is. In a wall that has a bend they meet at the bend, which stays
 behind when the chair drives on. Rough walls, as a robot's map has them, show each lidar another
-direction in each comparison: there only what exceeds that scatter counts.
+direction in each comparison: there only what exceeds that scatter counts. If one lidar sees a wall
+turn at once, it may just have been bumped: that it agreed with others before tells nothing then.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ _MATCHED, _FITS = 0.4, 3  # share of a piece's points; pieces
 _BESIDE = 0.7  # the cosine: a wall that the chair drives along
 _STEADY_RAD = math.radians(0.6)  # noise; at a bend it changes
 _KEPT_M = 4.0  # away without a comparison: they are not compared any more
+_RECENT_S = 1.0  # until a lidar sees the same wall again: the chair has not gone far
 # So far on, the lines still meet at the same place of the chair, but for a share of that.
 _ONWARD_M, _STAYS = 0.6, 0.2
 
@@ -77,6 +79,11 @@ class _Wall:
         """Distance of this lidar from this wall and from the other: of one line 0, if turned."""
         return abs(self.distance_m(self.from_m) - other.distance_m(self.from_m))
 
+    def has_turned(self, before: _Wall) -> bool:
+        """Whether it is what the same lidar saw before, at another angle."""
+        turned_rad = abs(half_turn_rad(self.angle_rad - before.angle_rad))
+        return _APART_RAD < turned_rad < _SAME_RAD and self.differs_m(before) < _SAME_M
+
 
 @dataclass(frozen=True)
 class _Since:
@@ -96,6 +103,8 @@ class _Pair:
     """Averages of the comparisons of two lidars, and since when they differ."""
 
     count: int = 0
+    count_since: int = 0
+    """Since one of them may have been bumped."""
     apart_rad: float = 0.0
     variance_rad2: float = 0.0
     """Of single comparisons, about the average before each."""
@@ -120,7 +129,8 @@ class _Pair:
 
     @property
     def agrees(self) -> bool:
-        return self.is_compared and (self.is_bend or abs(self.apart_rad) <= _APART_RAD)
+        agrees = self.count_since >= _COUNTS and abs(self.apart_rad) <= _APART_RAD
+        return agrees or (self.is_compared and self.is_bend)
 
     @property
     def is_apart(self) -> bool:
@@ -153,7 +163,7 @@ class _Pair:
             self.variance_rad2 += of_newest * (
                 (apart_rad - self.apart_rad) ** 2 - self.variance_rad2
             )
-        self.count, self.at_m = self.count + 1, pose[:2]
+        self.count, self.count_since, self.at_m = self.count + 1, self.count_since + 1, pose[:2]
         self.apart_rad += share * (apart_rad - self.apart_rad)
         self.differs_m += share * (differs_m - self.differs_m)
         hardly = abs(apart_rad) < 0.5 * _APART_RAD
@@ -244,13 +254,21 @@ class SharedWalls:
             np.array((math.cos(angle_rad), math.sin(angle_rad))),
             compose(pose, np.array((*found[1], 0.0)))[:2],
         )
+        recent = [one for one in self._walls.get(lidar, ()) if at_s - one.time_s < _RECENT_S]
+        if any(seen.has_turned(before) for before in recent):
+            self._bumped(lidar)
         for other, walls in self._walls.items():
             for wall in walls:
                 if other != lidar and at_s - wall.time_s < _LOOK_S:
                     pair = self._pairs.setdefault((min(lidar, other), max(lidar, other)), _Pair())
                     pair.take(*((wall, seen) if other < lidar else (seen, wall)), pose)
-        mine = [one for one in self._walls.get(lidar, ()) if at_s - one.time_s < _LOOK_S]
-        self._walls[lidar] = [*mine, seen]
+        self._walls[lidar] = [*recent, seen]
+
+    def _bumped(self, lidar: int) -> None:
+        """Forget that it agrees with others."""
+        for lidars, pair in self._pairs.items():
+            if lidar in lidars:
+                pair.count_since = 0
 
 
 def straight_wall(
