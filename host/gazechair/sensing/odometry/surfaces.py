@@ -54,7 +54,8 @@ class Surfaces:
         """See match.fit.
 
         Where a direction was open, the surfaces that end that are as far off along it as the chair
-        was when it saw them: they tell how far it has come since then, not where it is.
+        was when it saw them: they tell how far it has come since then, not where it is. Only a fit
+        shows that they end it, so such a piece is fitted again.
         """
         known, before = (self._coarse, self.fine), self._turn.until(at_s)
         found = fit(*known, points, normals, prior, covariance, heading_rad, before, learns)
