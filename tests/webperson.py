@@ -99,7 +99,7 @@ class Driver:
 
     def answered(self) -> None:
         """Everything that the page has asked of the host is answered."""
-        answered = "spied.answered().then(() => spied.asked.size === 0)"
+        answered = "spied.answered().then(() => spied.pending.size === 0)"
         self.wait_until(lambda: self.page.evaluate(answered), "the answers")
 
     def data(self, name: str) -> str:
@@ -133,7 +133,7 @@ class Driver:
             token = self.host.say_state()
             sent = [[at, self.host.coming_state(at)] for at in range(100, part_ms, 100)]
             moves = [] if spot is None else self._trembles(part_ms, *spot)
-            self._taken_in(token, there, {"said": sent, "moves": moves, "ms": part_ms})
+            self._taken_in(token, there, {"sent": sent, "moves": moves, "ms": part_ms})
             self.host.now_ms += part_ms
             there = []
 

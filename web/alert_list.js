@@ -16,7 +16,7 @@ export class AlertList {
   #alerts = [];
   #requests = 0; // sent
 
-  /** `changed(open)` receives the alerts that nobody has acknowledged. */
+  /** `changed(open)` receives the alerts that are not acknowledged. */
   constructor(root, strings, changed) {
     this.#root = root;
     this.#strings = strings;

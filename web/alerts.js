@@ -10,7 +10,7 @@ export class Alerts {
   #tones;
   #reasons = new Set();
   #seen = new Set();
-  #open = new Set(); // alerts that nobody has acknowledged, except a call
+  #open = new Set(); // alerts that are not acknowledged, except a call
   #againAt = 0;
   #stateMs = null;
 

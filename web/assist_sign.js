@@ -12,7 +12,7 @@ const sign = document.createElement("span");
 document.head.append(link);
 document.getElementById("forward").append(sign);
 
-/** null: asked again with the next state. */
+/** null: fetched again with the next state. */
 async function fetchTexts(language) {
   labels = {};
   labels = await tableOf(language, "assist").then(

@@ -63,7 +63,7 @@ let latched = []; // messages that only a reset clears
 let away = false; // the person has left since the last request to take over
 let edge = 0;
 let youMs = -WORDS_MS; // since when this page drives, or does not
-let comingMs = null; // since when the state says that a caretaker is coming
+let comingMs = null; // since when a caretaker is reported as coming
 let first = null; // the first drive, once opened
 let maps = null; // the maps, once opened
 const loading = {}; // promises of parts
@@ -254,7 +254,7 @@ function stop(kind = "stop") {
 }
 for (const kind of ["stop", "emergency"]) atTouch(byId(kind), () => stop(kind));
 press("take", () => {
-  if (performance.now() - youMs < WORDS_MS) return; // it means the words before
+  if (performance.now() - youMs < WORDS_MS) return; // meant for the label before
   away = false;
   if (state?.you) socket.send("release");
   else socket.sendFresh("take");

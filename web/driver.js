@@ -74,11 +74,11 @@ let state = null; // the host's newest state
 let active = null; // the verb of the active press
 let clicksAlone = 0;
 let driving = false; // for the start tone
-let armWordsMs = -WORDS_MS; // since when "Rijden aan" or "Rijden uit" says so
+let armWordsMs = -WORDS_MS; // since when the label is "Rijden aan" or "Rijden uit"
 
 const acts = {
   arm(since) {
-    // It means the words before.
+    // Meant for the label before.
     if (since < armWordsMs || nowMs() - armWordsMs < WORDS_MS) return;
     if (practice.on) return [practice.arm(), showState(state, nowMs())];
     if (state?.state !== "disarmed") return socket.send("disarm");
@@ -235,7 +235,7 @@ function open(view) {
   measure();
 }
 
-/** Switches driving off: nobody seems to be at the page, or nobody used it. */
+/** Switches driving off: the page seems to be left alone, or is not used. */
 function switchOff() {
   scan.cancel(nowMs());
   practice.armed = false;

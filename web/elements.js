@@ -1,4 +1,4 @@
-// New elements of the caretaker's page; what is written anew only if it differs.
+// New elements of the caretaker's page; text is written again only if it differs.
 
 /** Names and sentences of people may run from right to left. */
 export const element = (name, className = "", text = "") => {

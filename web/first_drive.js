@@ -81,7 +81,7 @@ class FirstDrive {
     return text;
   }
 
-  /** The open step is tried anew. */
+  /** The open step is tried again. */
   #forget() {
     this.#rows.get(this.#open).refusal = "";
   }
@@ -236,7 +236,7 @@ class FirstDrive {
     const runs = run.step === step;
     this.#answers(step, mine, runs ? run.asks : "");
     const status = this.#statusOf(step, runs, refused, run);
-    // The step itself says so now; or a late proof of holding was followed by one in time.
+    // The step's own text says so now; or a late proof of holding was followed by one in time.
     if (status === mine.refusal || (mine.late && status !== mine.shown)) mine.refusal = "";
     mine.shown = status;
     put(mine.status, mine.refusal || status);

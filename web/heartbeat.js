@@ -1,4 +1,4 @@
-// How often the caretaker's page repeats what somebody holds, in ms: the host says it in `welcome`.
+// How often the caretaker's page repeats a pressed button's message, in ms: from `welcome`.
 
 export let heartbeatMs = 50;
 

@@ -27,7 +27,7 @@ export class HeldButton {
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
       element.addEventListener(end, ({ pointerId }) => this.#source === pointerId && this.end());
     }
-    // While another button of the mouse is down, a move tells that this one came up.
+    // While another button of the mouse is down, a move reports that this one came up.
     element.addEventListener("pointermove", ({ pointerId, buttons }) => {
       if (this.#source === pointerId && (buttons & 1) === 0) this.end();
     });
@@ -38,7 +38,7 @@ export class HeldButton {
     });
     const letGo = () => typeof this.#source === "string" && this.end();
     element.addEventListener("blur", letGo);
-    // The focus may move while the key is down: another element is then told of its release.
+    // The focus may move while the key is down: another element then receives its release.
     // By its place: what a key is called changes with other keys.
     addEventListener("keyup", ({ code }) => code === this.#source && this.end());
     // macOS reports no release while this key is down.

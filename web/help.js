@@ -2,9 +2,9 @@
 
 import { byId, setData, setText } from "./dom.js";
 
-/** A press this soon after a button's words changed means the words before. */
+/** A press this soon after a button's label changed is meant for the label before. */
 export const WORDS_MS = 500;
-/** As the button's words say, and since when. */
+/** What the button's label shows, and since when. */
 let called = false;
 let calledMs = -WORDS_MS;
 
@@ -20,6 +20,6 @@ export function showHelp({ call = false, coming = false, heard }, strings) {
   setText("help-state", coming ? "" : strings.label(hears));
 }
 
-/** A press of it, for the words `since` then; `send(on)`: help is needed. Two taps are one. */
+/** A press that began at `since`, at that label; `send(on)`: help is needed. Two taps are one. */
 export const pressHelp = (send) => (since) =>
   since < calledMs || performance.now() - calledMs < WORDS_MS || send(!called);

@@ -61,7 +61,7 @@ export function listen(targets, hits, { shown, away, pressed }) {
     const at = stampOf(event);
     // A driver who scans without gaze: looking does nothing.
     if (event.defaultPrevented) return;
-    // While another button of the mouse is down, a move tells that the left one came up.
+    // While another button of the mouse is down, a move reports that the left one came up.
     if (!(event.buttons & 1)) targets.release(source(event), at);
     if (event.buttons) return targets.drag(find(event), source(event), at);
     if (still(event)) return;

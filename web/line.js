@@ -1,4 +1,4 @@
-// The obstacle line: three segments around the view (left, front, right); colour, shape and word.
+// The obstacle line: three segments around the view (left, front, right); colour, shape and text.
 
 /** Where each direction is shown; backward is a tag on Achteruit. */
 const PLACES = {
@@ -40,7 +40,7 @@ export class ObstacleLine {
       if (element.dataset.seen !== seen) element.dataset.seen = seen;
       element.querySelector(".word").textContent = this.#strings.label(decision);
       element.querySelector(".far").textContent = far;
-      // Replaced as a whole, so that no word moves because another grew.
+      // Replaced as a whole, so that no text moves because another grew.
       const tag = element.querySelector(".tag") ?? element;
       tag.replaceChildren(...[...tag.childNodes].map((node) => node.cloneNode(true)));
     }

@@ -58,7 +58,7 @@ export function download(address) {
   link.click();
 }
 
-/** Numbers of 2 and 4 bytes, as `form` says. */
+/** Numbers of 2 and 4 bytes, in the order of `form`. */
 function record(form, ...values) {
   const sizes = [...form].map(Number);
   const view = new DataView(new ArrayBuffer(sizes.reduce((sum, size) => sum + size, 0)));

@@ -1,4 +1,4 @@
-// A map's picture on a MapView; one that does not come is asked for again.
+// A map's picture on a MapView; one that does not arrive is requested again.
 
 const AGAIN_MS = 2000;
 

@@ -12,7 +12,7 @@ const ARROW = 14;
 export class MapView {
   #canvas;
   #image = null; // the picture, once loaded
-  #coming = null; // the newest picture asked for
+  #coming = null; // the newest picture requested
   #place = null; // the picture's place in the map: cell_m, x, y, width, height
   #drawing = { places: [], no_go: [], home: null };
   #draft = { points: [], closed: false };
@@ -97,7 +97,7 @@ export class MapView {
     return [this.#place.x + x / pixels, this.#place.y + (high - y) / pixels];
   }
 
-  /** Draws it anew, in the size that the canvas has now. */
+  /** Draws it again, in the canvas's present size. */
   draw() {
     const canvas = this.#canvas;
     const ratio = globalThis.devicePixelRatio ?? 1;

@@ -36,7 +36,7 @@ class Maps {
   #sent = 0; // requests and files sent
   #rows = "";
   #opened = null; // map
-  #loaded = ""; // the row with which the details were asked for
+  #loaded = ""; // the row with which the details were requested
 
   constructor(root, texts) {
     this.#texts = texts;
@@ -246,7 +246,7 @@ class Maps {
     return this.#all.maps.some((one) => one.map === map && one.problem !== "map_damaged");
   }
 
-  /** What the host says of the chosen map without being asked; changes with its details. */
+  /** The host's facts on the chosen map that need no request; they change with its details. */
   get #row() {
     return JSON.stringify(this.#all.maps.find(({ map }) => map === this.#chosen));
   }

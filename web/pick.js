@@ -31,7 +31,7 @@ export class Pick {
   #strings;
   #texts;
   #on;
-  #row = null; // the tile that asked for a spot, while the view is open
+  #row = null; // the tile that needs a spot, while the view is open
   #spot = null; // its state from the host
   #going = null;
   #rides = false;

@@ -8,7 +8,7 @@ const ROUNDS = 3;
 const ROW_ROUNDS = 2;
 /** Time to choose, in steps, at least: a row is lit twice before the rows come again. */
 const LEAST_STEPS = 9;
-/** This soon after a change nobody can have seen it: a press counts for what was lit before. */
+/** Too soon after a change to have seen it: a press counts for what was lit before. */
 const UNSEEN_MS = 50;
 /** A press that arrives later than this (the page stalled) is ignored. */
 const OLD_MS = 300;

@@ -10,7 +10,7 @@ const SEEN_MS = 3000;
 /** The state of the button: "none", "sent", "seen" or "late", on its data-seen. */
 export class StopSeen {
   #strings;
-  /** Number of the stop in question; Infinity: nobody will confirm one. */
+  /** Number of the stop in question; Infinity: none will be confirmed. */
   #count = Infinity;
   #sinceMs = 0;
   #state = "none";

@@ -20,7 +20,7 @@ export function message(element, title, { text, do: advice }) {
   element.replaceChildren(line("title", title), line("text", text), line("do", advice));
 }
 
-/** One language's words. */
+/** One language's texts. */
 class Strings {
   #table;
   /** One form per number of digits. */

@@ -4,7 +4,7 @@ const SURE_MS = 5000;
 /** A second press sooner than this is still the first. */
 const TAP_MS = 500;
 
-/** `act()` at the second press within 5 s, then it asks anew. The button keeps its size. */
+/** `act()` at the second press within 5 s, then it asks again. The button keeps its size. */
 export function sureButton(text, question, act) {
   const button = document.createElement("button");
   button.type = "button";
@@ -31,7 +31,7 @@ export function sureButton(text, question, act) {
   return button;
 }
 
-/** What these buttons would act on is another thing now: they ask anew. */
+/** What these buttons would act on is another thing now: they ask again. */
 export function unsure(root) {
   for (const button of root.querySelectorAll(".sure")) button.dispatchEvent(new Event("unsure"));
 }

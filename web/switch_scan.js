@@ -25,7 +25,7 @@ const STEP_BEGINS_MS = 700;
 /**
  * A person's switch (a key or a button) chooses among the page's targets.
  *
- * `on` tells moving(), whether the chair moves or this page makes it, and receives used() for
+ * `on` has moving(), whether the chair moves or this page makes it, and receives used() for
  * every press that counts, and needs(ms), the time needed to choose.
  */
 export class SwitchScan {

@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def refuse(line: str) -> int:
-    """Say in one line why a command cannot do what it was asked for; its exit code."""
+    """Print in one line why a command failed; returns its exit code."""
     print(f"gazechair: {line}", file=sys.stderr)
     return 2
 

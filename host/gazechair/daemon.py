@@ -32,7 +32,7 @@ from gazechair.people.pairing.store import PART as DEVICES
 from gazechair.people.profiles import PROFILES, Profiles, house_fields
 from gazechair.picture.camera import CameraService
 from gazechair.picture.floor_store import FloorStore
-from gazechair.picture.newest import PictureSlot
+from gazechair.picture.newest import LatestPicture
 from gazechair.plugins.service import Plugins
 from gazechair.producers.places import Places
 from gazechair.producers.producers import Producers
@@ -53,7 +53,7 @@ from gazechair.service.tune.forward_store import ForwardStore
 if TYPE_CHECKING:
     from gazechair.web.access import Access
 
-_LAST_WORDS_S = 0.06  # three repeats of stop and disarm
+_FAREWELL_S = 0.06  # three repeats of stop and disarm
 _STANDS_S = 2.0
 _FIRST_S = 3.0  # for the lidars, before everything else is started
 _LOOK_S = 0.02
@@ -100,7 +100,7 @@ class Daemon:
         self._mapping = MappingService(fitted, maps, self.parts.part("map")) if wanted else None
         store = MapStore(maps)
         self._maps = MapDesk(store, self._mapping)
-        self._pictures = PictureSlot()
+        self._pictures = LatestPicture()
         pictured = config.camera.kind != "off"
         self._floor = FloorStore(folder, self.parts.part(CAMERA_FLOOR) if pictured else None)
         self._producers = Producers(self._driving_itself(fitted, store, profiles, folder))
@@ -258,11 +258,11 @@ class Daemon:
         self._alerts.stop()
         self._machine.stop()
         self.control.stop()
-        time.sleep(_LAST_WORDS_S)
+        time.sleep(_FAREWELL_S)
         self._lidar.stop()
         self._camera.stop()
         self.link.stop()
-        # Nobody writes to their inboxes any more.
+        # Nothing writes to their inboxes any more.
         for part in (self._odometry, self._mapping, self._assist, *self._producers.services):
             if part is not None:
                 part.stop()

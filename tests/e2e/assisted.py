@@ -38,8 +38,8 @@ class VirtualAssist(AssistService):
         advisor = self.advisor
 
         class Child:
-            def tell(self, word: bytes) -> None:
-                advisor.hear(word)
+            def send(self, message: bytes) -> None:
+                advisor.take_message(message)
 
             def stop(self) -> None:
                 pass
@@ -49,7 +49,7 @@ class VirtualAssist(AssistService):
     def child_says(self, now_s: float) -> None:
         """Its child's next record."""
         if self.runs:
-            self._on_data(json.dumps(self.advisor.say(now_s)).encode())
+            self._on_data(json.dumps(self.advisor.report(now_s)).encode())
 
 
 class Assisted(Lockstep):

@@ -12,7 +12,7 @@ from gazechair.base.health import Health
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
-from gazechair.picture.newest import PictureReader, PictureSlot, Shot
+from gazechair.picture.newest import LatestPicture, PictureReader, Shot
 from gazechair.producers.spot_port import SpotPort
 from gazechair.producers.spot_service import SpotService
 from gazechair.sensing.mapping.stored.places import Drawn
@@ -42,7 +42,7 @@ class PictureChair(GoingChair):
         self.floor.keep(Calibration(CAMERA, 0.01, 0.01))
         self.view = FloorView(EYE, floor, 3)
         self.sees = True
-        self._slot = PictureSlot()
+        self._slot = LatestPicture()
         self._coming: list[tuple[int, Shot]] = []
         super().__init__(folder, Drawn(), room)
         assert self.host is not None

@@ -57,7 +57,7 @@ spied.take = async (token, xs, coming) => {
   }
   if (!coming) return true;
   await spied.answered();
-  for (const [at, text] of coming.said) setTimeout(spied.say, at, text);
+  for (const [at, text] of coming.sent) setTimeout(spied.say, at, text);
   for (const [at, x, y] of coming.moves) at ? setTimeout(spied.look, at, x, y) : spied.look(x, y);
   await spied.run(coming.ms);
   return true;
@@ -92,14 +92,14 @@ window.WebSocket = class extends Plain {
   }
 };
 const plainFetch = window.fetch;
-spied.asked = new Set();  // what is not yet answered
+spied.pending = new Set();  // what is not yet answered
 // What was asked has been answered; not that which a test holds back.
-spied.answered = () => Promise.race([Promise.all(spied.asked), soon()]);
+spied.answered = () => Promise.race([Promise.all(spied.pending), soon()]);
 window.fetch = async (...asked) => {
   const coming = plainFetch(...asked);
   const whole = coming.then((answer) => answer.clone().text()).catch(() => null);
-  spied.asked.add(whole);
-  whole.then(() => spied.asked.delete(whole));
+  spied.pending.add(whole);
+  whole.then(() => spied.pending.delete(whole));
   const answer = await coming;
   const read = () => Response.prototype.json.call(answer);
   answer.json = async () => {

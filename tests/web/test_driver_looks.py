@@ -134,11 +134,11 @@ def test_the_dwell_ring_and_a_held_target(page, host, driver):
 
 # Of [key, state] each key whose words do not fit: into what is around them, above Achteruit.
 UNFIT = f"""
-async (said) => {{
+async (states) => {{
   const box = (id) => document.getElementById(id).getBoundingClientRect();
   const overflowing = {OVERFLOWING.strip()};
   const found = [];
-  for (const [key, text] of said) {{
+  for (const [key, text] of states) {{
     spied.say(text);
     await null;
     const {{ height, bottom }} = box("banner");

@@ -18,7 +18,7 @@ from gazechair.config.settings import Config
 from gazechair.driving.control import Control
 from gazechair.plugins.exchange import BadValue, Value, unpack
 from gazechair.plugins.producer import InputProducer, ModeProducer
-from gazechair.plugins.service import word_of
+from gazechair.plugins.service import world_message
 from gazelink import codes
 from gazesim.chair_rig import ChairRig
 from gazesim.lockstep_link import LockstepLink
@@ -81,7 +81,7 @@ class PluginChair(ChairRig):
         self._life = None
 
     def _ask(self) -> None:
-        message = json.loads(word_of(self.control.mode_context()))
+        message = json.loads(world_message(self.control.mode_context()))
         if self.control.mode_context().mode != self._name:
             message["press"] = 0
         payload = self._say({**message, "now_s": self.now_s()})

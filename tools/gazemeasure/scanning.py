@@ -43,12 +43,12 @@ _BEGIN = """async ([mine, mode]) => {
   const { Targets } = await import("/targets.js");
   const { SwitchScan } = await import("/switch_scan.js");
   let now = 0, moves = false;
-  const events = [];
+  const sent = [];
   performance.now = () => now;
   Object.defineProperty(Event.prototype, "timeStamp", { get: () => now });
   const targets = new Targets({
-    drive: (verb, mode, edge) => events.push([verb, edge]),
-    stop: () => events.push(["stop", 0]),
+    drive: (verb, mode, edge) => sent.push([verb, edge]),
+    stop: () => sent.push(["stop", 0]),
     act() {}, tap() {}, view() {},
   });
   const hits = { has: (name) => document.getElementById(name) !== null, at: () => null };
@@ -67,7 +67,7 @@ _BEGIN = """async ([mine, mode]) => {
     }
     targets.tick(now);
     scan.tick(now);
-    return [events.splice(0), [...document.querySelectorAll(".lit")].map((lit) => lit.id)];
+    return [sent.splice(0), [...document.querySelectorAll(".lit")].map((lit) => lit.id)];
   };
 }"""
 
@@ -127,7 +127,7 @@ class _Run:
         self._page = page
         self._person = person
         self._edge = 0
-        self._said_ms = 0
+        self._sent_ms = 0
         side = 1 if seed % 2 else -1
         room = door_task(_DOOR_M, _WALL_M, 0.0, 0.0, _BEFORE_M).room
         start = (room.start[0], side * _BESIDE_M, 0.0)
@@ -152,13 +152,13 @@ class _Run:
             moves = state is not None and state.motion_name != "stopped"
             self._way.see(chair.world.chair)
             events = self._person.tick((chair.now_ms - begun_ms) / 1000, self._way, moves)
-            said, lit = self._page.evaluate(
+            sent, lit = self._page.evaluate(
                 "input => step(input)", [chair.now_ms - begun_ms, moves, events]
             )
-            for what, edge in said:
+            for what, edge in sent:
                 self._obey(what, edge, (chair.now_ms - begun_ms) / 1000)
             self._person.sees(lit)
-            chair.holds = chair.now_ms - self._said_ms < 2 * _TICK_MS + 1
+            chair.holds = chair.now_ms - self._sent_ms < 2 * _TICK_MS + 1
             chair.run(_TICK_MS)
             pose = chair.world.chair
             gap_m = self._room.clearance_m(pose.x_m, pose.y_m, pose.heading_deg)
@@ -178,7 +178,7 @@ class _Run:
             self._edge = edge
             self._chair.press(_VERBS[what], self._mode)
         self._person.receives(what, edge, now_s, self._way)
-        self._said_ms = self._chair.now_ms
+        self._sent_ms = self._chair.now_ms
 
 
 def _file(url: str) -> dict[str, str]:

@@ -81,10 +81,10 @@ class _Pipe:
 class Service(ProducerService):
     """A service whose child is a runner in this process; `word` is the newest one sent to it."""
 
-    word: bytes | None = None
+    message: bytes | None = None
 
-    def _send(self, word: bytes) -> None:
-        self.word = word
+    def _send(self, message: bytes) -> None:
+        self.message = message
 
 
 class ProducerChair(Lockstep, ABC):
@@ -198,9 +198,9 @@ class ProducerChair(Lockstep, ABC):
 
     def _child(self) -> None:
         now_s = self.now_s()
-        if self.service.word is not self._sent and self.service.word is not None:
-            self._sent = self.service.word
-            self._runner.word(json.loads(self._sent))
+        if self.service.message is not self._sent and self.service.message is not None:
+            self._sent = self.service.message
+            self._runner.on_message(json.loads(self._sent))
         for datagram in waiting(self.service):
             data = unpack(datagram) or inbox.unpack(datagram)
             self._runner.received(data, now_s)

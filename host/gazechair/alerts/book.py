@@ -66,7 +66,7 @@ class Alert:
     by: str = ""
     """Who has acknowledged it."""
     since: float = 0.0
-    """Wall time since which nobody has answered: its routes wait from then."""
+    """Wall time since which there is no answer: its routes wait from then."""
     answered: float = 0.0
     """Wall time of the newest acknowledgement."""
     ended_s: float = _NEVER_S
@@ -278,7 +278,7 @@ class Book:
                 one.state, one.attempts = WAITING, 0
                 one.due_s = max(due_s, one.tried_s + AGAIN_S)
             elif one.state == FAILED and answered:
-                one.due_s = max(due_s, one.due_s)  # it reached nobody: retried as before
+                one.due_s = max(due_s, one.due_s)  # it reached no one: retried as before
 
     def _keep(self, alert: Alert) -> None:
         self._alerts.append(alert)

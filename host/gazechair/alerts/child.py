@@ -59,7 +59,7 @@ class Attempts:
             route = str(job["route"])
             on_route = self._stuck[route] + sum(o["route"] == route for o, _ in self._open.values())
             if on_route >= MOST_ON_ROUTE or len(self._open) + self.stuck >= MOST_AT_ONCE:
-                self._tell(job, f"{on_route} others are on their way")
+                self._answer(job, f"{on_route} others are on their way")
                 return
             self._next += 1
             number = self._next
@@ -73,7 +73,7 @@ class Attempts:
                 if now_s - since_s > LIMIT_S:
                     del self._open[number]
                     self._stuck[str(job["route"])] += 1
-                    self._tell(job, f"no answer within {LIMIT_S:g} s")
+                    self._answer(job, f"no answer within {LIMIT_S:g} s")
 
     def _run(self, number: int, job: dict[str, Any]) -> None:
         problem = self._send(job["url"], job["title"], job["body"])
@@ -81,9 +81,9 @@ class Attempts:
             if self._open.pop(number, None) is None:
                 self._stuck[str(job["route"])] -= 1
             else:
-                self._tell(job, problem)
+                self._answer(job, problem)
 
-    def _tell(self, job: dict[str, Any], problem: str) -> None:
+    def _answer(self, job: dict[str, Any], problem: str) -> None:
         self._report({"number": job["number"], "route": job["route"], "problem": problem})
 
 
@@ -104,7 +104,7 @@ def run(fd: int, out: RecordWriter) -> None:
         with contextlib.suppress(TimeoutError):
             job = json.loads(line.recv(LONGEST))
             if "mqtt" in job:
-                broker.tell(job["mqtt"], job["node"], job["state"], time.monotonic())
+                broker.update(job["mqtt"], job["node"], job["state"], time.monotonic())
             elif time.monotonic() < job["till_s"]:
                 attempts.begin(job, time.monotonic())
         now_s = time.monotonic()

@@ -48,7 +48,7 @@ class Broker:
         self._updated_s = 0.0
         self._sent_s = 0.0
 
-    def tell(self, url: str, node: str, state: dict[str, str], now_s: float) -> None:
+    def update(self, url: str, node: str, state: dict[str, str], now_s: float) -> None:
         """Set the host's state; also its sign of life."""
         self._updated_s = now_s
         if self._client is None:
@@ -69,7 +69,7 @@ class Broker:
                 self._client.publish(topic, json.dumps(entity), qos=1, retain=True)
         online = now_s - self._updated_s < HOST_SILENT_S
         due = online and (not self._sent_s or now_s - self._sent_s >= HEARTBEAT_S)
-        # With each state: somebody else's word, or a last will that came late, would stay for ever.
+        # With each state: another client's value, or a late last will, would stay for ever.
         if online != self._online or due:
             self._online = online
             word = "online" if online else "offline"
@@ -166,7 +166,7 @@ def try_broker(url: str) -> str:
 def node(name: str = "", machine: Path = _MACHINE) -> str:
     """The chair's name at the broker: the computer's, "": this one's, and eight characters.
 
-    With these, chairs whose computers have the same name do not speak for each other. Each letter
+    With these, chairs whose computers have the same name do not mix their states. Each letter
     may be in a topic of Home Assistant's discovery.
     """
     try:

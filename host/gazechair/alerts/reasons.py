@@ -23,7 +23,7 @@ TRIED = "alert_test"
 
 # How long a reason must last before it raises an alert.
 AT_ONCE_S = 0.0
-HELD_S = 5.0
+LASTED_S = 5.0
 FAULT_S = 10.0
 LOST_S = 60.0
 EXTRA_S = 300.0  # of a lost part without which the chair can drive
@@ -71,7 +71,7 @@ REASONS: Mapping[str, Reason] = {
             _of("lidar_mirror", FAILURE, LOST_S),
             _of("lidar_damaged", FAILURE, LOST_S),
             _of("motion_uncommanded", FAILURE, AT_ONCE_S),
-            _of(STANDS, STUCK, HELD_S),
+            _of(STANDS, STUCK, LASTED_S),
             _of("camera_lost", SYSTEM, EXTRA_S),
             _of("host_slow", SYSTEM, EXTRA_S),
             _of("host_hot", SYSTEM, EXTRA_S),

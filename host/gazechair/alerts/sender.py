@@ -80,7 +80,7 @@ class Sender(Supervised):
             return "too many messages are waiting"
         return ""
 
-    def tell_broker(self, url: str, node: str, state: dict[str, str]) -> None:
+    def update_broker(self, url: str, node: str, state: dict[str, str]) -> None:
         """Pass the state on to the broker; call repeatedly: it is also the sign of life."""
         packet = json.dumps({"mqtt": url, "node": node, "state": state}).encode()
         with contextlib.suppress(OSError):

@@ -30,7 +30,7 @@ throttled = ThrottledLog(log)
 
 LOOK_S = 0.2
 _KEEP_S = 1.0
-_TELL_S = 5.0
+_UPDATE_S = 5.0
 
 
 class Chair(Protocol):
@@ -67,7 +67,7 @@ class Alerts:
         self._before = secrets.randbelow(1 << 30)  # a page that knew an earlier host reloads
         self._book.restore(self._diary.read(), clock(), wall())
         self.help_wanted = False
-        """The driver asked for help before this host began, and nobody has answered."""
+        """True if the driver called for help before this host began, without an answer."""
         self.answered_s: float | None = None
         """When somebody answered the driver's call before this host began, on `clock`."""
         self._watch = self._restored(config.alerts.stuck_s)
@@ -92,7 +92,7 @@ class Alerts:
         ]
 
     def _restored(self, stuck_s: float) -> Watch:
-        """What to watch, after what the diary says of the time before this host began."""
+        """What to watch, after what the diary holds of the time before this host began."""
         call, lost = self._book.of(HELP_WANTED), self._book.of(PART)
         self.help_wanted = call is not None and call.state == OPEN
         if call is not None and call.state == ACKNOWLEDGED:
@@ -186,7 +186,7 @@ class Alerts:
         situation = self._chair.situation()
         person = self._chair.person()
         now_s = self._clock()
-        if self._broker and now_s - self._published_s >= _TELL_S:
+        if self._broker and now_s - self._published_s >= _UPDATE_S:
             self._charge = self._battery()
         with self._lock:
             for change in self._watch.look(situation, self._book.open_keys(), now_s):
@@ -208,17 +208,17 @@ class Alerts:
                 self._book.acknowledge(call.number, "", self._wall())
             due = self._book.due(now_s)
             state = self._as_state()
-        self._tell_broker(state, now_s)
+        self._update_broker(state, now_s)
         for alert, route in due:
             problem = self._send(alert, route.name, str(person["name"]))
             if problem:
                 self.result(alert.number, route.name, problem)
 
-    def _tell_broker(self, state: dict[str, str], now_s: float) -> None:
-        news = state != self._published or now_s - self._published_s >= _TELL_S
+    def _update_broker(self, state: dict[str, str], now_s: float) -> None:
+        news = state != self._published or now_s - self._published_s >= _UPDATE_S
         if self._sender is not None and self._broker and news:
             self._published, self._published_s = state, now_s
-            self._sender.tell_broker(self._broker, self._node, state)
+            self._sender.update_broker(self._broker, self._node, state)
 
     def _as_state(self) -> dict[str, str]:
         """The state that Home Assistant shows."""

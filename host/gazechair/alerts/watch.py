@@ -35,9 +35,9 @@ class Situation:
     """The host's state at one moment."""
 
     call: bool = False
-    """The driver asks for help, and nobody has answered."""
+    """True while the driver calls for help without an answer."""
     calls: int = 0
-    """How often the driver has asked since the host began: between two looks, perhaps."""
+    """Calls for help since the host began; there may be several between two looks."""
     coming: bool = False
     """Somebody has answered, and is on the way."""
     press: int = 0

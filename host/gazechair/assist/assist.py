@@ -155,7 +155,7 @@ class Assist:
             left_m, right_m = self._needs_m
             self._needs_m = max(left_m, y_m + _LIDAR_M), max(right_m, _LIDAR_M - y_m)
 
-    def knows(self, now_s: float) -> bool:
+    def ready(self, now_s: float) -> bool:
         """True if it can advise: surroundings are known, and no lidar is blind ahead or aside."""
         return self.permits.seen and self._returns.points_m(now_s) is not None
 

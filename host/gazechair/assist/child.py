@@ -23,7 +23,7 @@ from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.motion import Motion
 
 _EVERY_S = 0.05
-_PULSE_S = 0.25  # while nothing is held
+_PULSE_S = 0.25  # while the driver holds no button
 _OLD_S = 0.2  # older data in the inbox is useless
 
 
@@ -38,16 +38,16 @@ class Advisor:
         footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners}))
         self._assist = Assist(footprint, len(argument["lidars"]))
         self._message = Message()
-        self._turned = 0  # side of a turn held since the last decision
+        self._turned = 0  # side of a turn that was active since the last decision
         self._heading_known = True  # by the newest motion
         self._straight = 0  # press in which the board permits no turn: its heading was lost
 
     @property
-    def held(self) -> bool:
+    def is_active(self) -> bool:
         """True while assist has something to decide: the driver holds forward or a turn."""
         return self._message.on and (self._message.press > 0 or self._message.turns != 0)
 
-    def hear(self, line: bytes) -> None:
+    def take_message(self, line: bytes) -> None:
         """The daemon's newest message. A malformed one is ignored."""
         try:
             message, zone = unpack(line)
@@ -76,22 +76,22 @@ class Advisor:
             if piece is not None:
                 self._assist.see(received.lidar, piece)
 
-    def say(self, now_s: float) -> list[Any]:
+    def report(self, now_s: float) -> list[Any]:
         """To send: [can advise, press, linear, turn, steers, waits, monotonic s].
 
         Press 0: no advice.
         """
         message = self._message
-        knows = message.on and self._assist.knows(now_s)
+        ready = message.on and self._assist.ready(now_s)
         if self._turned:  # even if the board ended it at once
             self._assist.driver_turns(self._turned, now_s)
         self._turned = message.turns
-        steers = knows and message.press not in (0, self._straight)
+        steers = ready and message.press not in (0, self._straight)
         advice = self._assist.advise(message.press, now_s) if steers else None
         if advice is None:
-            return [knows, 0, 0, 0, False, False, now_s]
+            return [ready, 0, 0, 0, False, False, now_s]
         motion = advice.linear_permille, advice.turn_permille
-        return [knows, message.press, *motion, advice.steers, advice.waits, now_s]
+        return [ready, message.press, *motion, advice.steers, advice.waits, now_s]
 
     def _no_turns_without_heading(self) -> None:
         if not self._heading_known and self._message.press:
@@ -108,16 +108,16 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
     sent_s = 0.0
     while True:
         now_s = time.monotonic()
-        due_s = sent_s + (_EVERY_S if advisor.held else _PULSE_S)
+        due_s = sent_s + (_EVERY_S if advisor.is_active else _PULSE_S)
         if now_s >= due_s:
-            out.data(json.dumps(advisor.say(now_s)).encode())
+            out.data(json.dumps(advisor.report(now_s)).encode())
             sent_s = now_s
             continue
         ready = select.select([fd, 0], [], [], due_s - now_s)[0]
         if 0 in ready:
             line = lines.read()
             if line is not None:
-                advisor.hear(line)
+                advisor.take_message(line)
         if fd in ready:
             advisor.take(reader.recv(inbox.LONGEST), time.monotonic())
 

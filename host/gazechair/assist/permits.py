@@ -1,4 +1,4 @@
-"""Predicts what the board permits when both axes move: its rule, as far as the host knows it.
+"""Predicts what the board permits when both axes move: the host's copy of the board's rule.
 
 The board alone decides (gazeboard/core/arcs.py). Assist requests nothing that the board would end,
 because that ends the driver's press.
@@ -26,7 +26,7 @@ _OPENS_S = 0.35  # a closed direction reopens after this long, latency included
 _BLIND = 1 << codes.DIR_FORWARD | 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _UNSEEN_ARCS = 0x50  # bits of arc_views: forward and left, forward and right
 _ROLLS_M_S, _TURNS_DEG_S = 0.02, 1.0  # slower counts as standing; but see _Side.held
-_HELD_PERMILLE = 150  # an output up to this may hold the heading: it is no turn
+_HOLDING_PERMILLE = 150  # an output up to this may hold the heading: it is no turn
 # Shares of the stopping time without braking: the board's dead time and lag.
 _DEAD, _LAG = 0.3, 0.9
 _LATE_S = 0.15  # age of a clearance when the board uses it
@@ -75,10 +75,10 @@ class _Side:
             self.open = True
 
     @property
-    def held(self) -> float:
+    def holding(self) -> float:
         """The speed that holding the heading may cause."""
         assert self.stopping is not None
-        return float(self.stopping.speeds[FULL]) * _HELD_PERMILLE / 1000.0
+        return float(self.stopping.speeds[FULL]) * _HOLDING_PERMILLE / 1000.0
 
     def stop(self, permille: float) -> float:
         """Distance or angle until it stands, counted from when the next decisions take effect."""
@@ -174,7 +174,7 @@ class Permits:
     @property
     def turned(self) -> bool:
         """True if the board put out a turn in the last 0.7 s."""
-        return any(abs(turn) > _HELD_PERMILLE for _, _, turn in self._outputs)
+        return any(abs(turn) > _HOLDING_PERMILLE for _, _, turn in self._outputs)
 
     @property
     def turns_to(self) -> int:
@@ -227,7 +227,8 @@ class Permits:
             return False
         both = linear_permille and turn_permille
         left, right = (
-            side.bound > (_TURNS_DEG_S if both else side.held) for side in (self._left, self._right)
+            side.bound > (_TURNS_DEG_S if both else side.holding)
+            for side in (self._left, self._right)
         )
         left, right = left or turn_permille > 0, right or turn_permille < 0
         if not left and not right:

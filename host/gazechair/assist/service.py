@@ -54,7 +54,7 @@ class AssistService(InboxService):
             self._supervise(
                 "gazechair.assist.child", "assist", more, lost_reason=LOST, listens=True
             )
-            self._tell()
+            self._send()
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
         if self._supervisor is None:
@@ -71,14 +71,14 @@ class AssistService(InboxService):
         """The board's new stopping distances and times. From any thread."""
         with self._lock:
             self._message = replace(self._message, zone=zone)
-            self._tell()
+            self._send()
 
     def clearance(self, clearance: Clearance) -> None:
         """A new clearance, as sent to the board. From any thread."""
         with self._lock:
             self._message = replace(self._message, clearance=clearance)
             if self._message.on:
-                self._tell()
+                self._send()
 
     def steer(self, command: Command, now_s: float) -> Command:
         """The driver's command as sent to the board. From one thread at a time; never waits."""
@@ -93,7 +93,7 @@ class AssistService(InboxService):
             message = replace(self._message, on=wanted, press=press, turns=turns)
             if message != self._message:
                 self._message = message
-                self._tell()
+                self._send()
         return steered
 
     def shown(self, now_s: float) -> list[bool] | None:
@@ -103,17 +103,17 @@ class AssistService(InboxService):
         steering = self._steering
         return [steering.works(now_s), steering.steers(now_s), steering.waits(now_s)]
 
-    def _tell(self) -> None:
+    def _send(self) -> None:
         if self._supervisor is not None and not self._stopped:
-            self._supervisor.tell(pack(self._message))
+            self._supervisor.send(pack(self._message))
 
     def _on_data(self, payload: bytes) -> None:
-        knows, press, linear, turn, steers, waits, born_s = json.loads(payload)
+        ready, press, linear, turn, steers, waits, born_s = json.loads(payload)
         numbers = int(press), int(linear), int(turn)
         advised = Advised(*numbers, bool(steers), float(born_s), bool(waits))
         self._steering.advised = advised
-        if knows:
-            self._steering.knows_s = advised.born_s
+        if ready:
+            self._steering.ready_s = advised.born_s
         self._health().set(states.OK)
 
     def _on_status(self, status: Status) -> None:

@@ -12,7 +12,7 @@ from gazelink import codes
 OLD_S = 0.15
 """Older advice is ignored: the chair drives straight on, as without assist."""
 _FIRST_S = 0.15  # how long a press waits for the first advice, which may not be straight on
-_KNOWS_S = 0.6  # how long a report of known surroundings counts
+_READY_S = 0.6  # how long a report of known surroundings counts
 _SHOWN_S = 0.6  # how long a page shows that it steered
 
 
@@ -21,7 +21,7 @@ class Advised:
     """Advice from assist's process."""
 
     press: int
-    """The board's number of the press that it is for; 0: nothing is held."""
+    """The board's number of the press that it is for; 0: no press."""
     linear_permille: int
     turn_permille: int
     steers: bool
@@ -41,7 +41,7 @@ class Steering:
     def __init__(self) -> None:
         self.advised: Advised | None = None
         """The newest advice."""
-        self.knows_s = -math.inf
+        self.ready_s = -math.inf
         """When its process last knew its surroundings."""
         self._edge = 0
         self._assisted = False
@@ -78,7 +78,7 @@ class Steering:
 
     def works(self, now_s: float) -> bool:
         """True if its process knows the surroundings: a press that begins now would be steered."""
-        return 0.0 <= now_s - self.knows_s <= _KNOWS_S
+        return 0.0 <= now_s - self.ready_s <= _READY_S
 
     def steers(self, now_s: float) -> bool:
         """True if it steers now, or has just done so."""

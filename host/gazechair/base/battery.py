@@ -15,14 +15,14 @@ def charge_percent(supplies: Path = SUPPLIES) -> int | None:
     """
     found = []
     for folder in sorted(supplies.glob("*")):
-        if _word(folder / "type") == "Battery" and _word(folder / "scope") != "Device":
-            word = _word(folder / "capacity")
-            if word.isdecimal() and int(word) <= 100:
-                found.append(int(word))
+        if _text(folder / "type") == "Battery" and _text(folder / "scope") != "Device":
+            text = _text(folder / "capacity")
+            if text.isdecimal() and int(text) <= 100:
+                found.append(int(text))
     return min(found, default=None)
 
 
-def _word(file: Path) -> str:
+def _text(file: Path) -> str:
     try:
         return file.read_text().strip()
     except (OSError, UnicodeDecodeError):  # it was unplugged, or has no such file

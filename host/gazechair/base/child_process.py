@@ -31,12 +31,12 @@ def drain(fd: int, most: int) -> tuple[bytes, bool]:
     return b"".join(pieces), False
 
 
-def say_to(process: subprocess.Popen[bytes], word: bytes | None) -> bool:
+def send_to(process: subprocess.Popen[bytes], message: bytes | None) -> bool:
     """Send a line, whole or not at all; False when the child has not read the previous ones."""
-    if process.stdin is None or word is None:
+    if process.stdin is None or message is None:
         return True
     try:
-        os.write(process.stdin.fileno(), word)
+        os.write(process.stdin.fileno(), message)
     except BlockingIOError:
         return False
     except OSError:

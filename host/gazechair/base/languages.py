@@ -28,18 +28,18 @@ def web_folder() -> Path:
 
 
 def languages() -> list[str]:
-    """Every language there is a file of words for, two letters each, Dutch first."""
+    """All languages that have a file of texts, two letters each, Dutch first."""
     found = sorted(path.stem for path in (web_folder() / "strings").glob("??.json"))
     return sorted(found, key=lambda language: language != "nl")
 
 
 def label(language: str, key: str) -> str:
-    """A word of the pages' own. Raises FileNotFoundError, KeyError."""
+    """A label of the pages. Raises FileNotFoundError, KeyError."""
     return str(_texts(web_folder(), language)["labels"][key])
 
 
 def message(language: str, key: str) -> tuple[str, str]:
-    """What is said about `key`, and what to do about it. Raises FileNotFoundError, KeyError.
+    """The text for `key`, and what to do about it. Raises FileNotFoundError, KeyError.
 
     A message of the pages, or a label about plug-ins or for caretakers.
     """
@@ -54,12 +54,12 @@ def message(language: str, key: str) -> tuple[str, str]:
 
 
 def sentence(language: str, key: str) -> str:
-    """What is said about `key`. Raises as message does."""
+    """The text for `key`. Raises as message does."""
     return message(language, key)[0]
 
 
 def advice(key: str) -> str:
-    """What to do about `key`, for a terminal; "" when nothing is said about that."""
+    """What to do about `key`, for a terminal; "" when the tables have no advice."""
     try:
         return message("en", key)[1]
     except (FileNotFoundError, KeyError):

@@ -33,7 +33,7 @@ class Part:
     """A source that can fail."""
 
     silent_s: float
-    """Without a word for so long, it is lost."""
+    """The part is lost when it reports nothing for this long."""
     severity: Mapping[str, int]
     """By health state; a state that is not named is a NOTE."""
     caretaker_only: bool = False

@@ -1,4 +1,4 @@
-"""What a person asked for is refused, with a reason that the pages can show."""
+"""Raised when a person's request is refused, with a reason that the pages can show."""
 
 from __future__ import annotations
 

@@ -19,20 +19,20 @@ class ServiceManager:
 
     def ready(self, status: str) -> None:
         """Every part has been started."""
-        self._tell(f"READY=1\nSTATUS={status}")
+        self._notify(f"READY=1\nSTATUS={status}")
 
     def alive(self) -> None:
         """Restart the watchdog's time."""
-        self._tell("WATCHDOG=1")
+        self._notify("WATCHDOG=1")
 
     def ending(self) -> None:
         """The daemon stops."""
-        self._tell("STOPPING=1")
+        self._notify("STOPPING=1")
 
-    def _tell(self, words: str) -> None:
+    def _notify(self, text: str) -> None:
         if not self._address:
             return
         kind = socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
         # If systemd does not receive this, its watchdog ends the service.
         with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, kind) as line:
-            line.sendto(words.encode(), self._address)
+            line.sendto(text.encode(), self._address)

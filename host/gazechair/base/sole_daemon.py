@@ -11,7 +11,7 @@ from pathlib import Path
 
 from gazechair.base.user_error import UserError
 
-LOCK_NAME = "lock"  # held by the daemon as long as it runs, even while it hangs
+LOCK_NAME = "lock"  # kept by the daemon as long as it runs, even while it hangs
 
 log = logging.getLogger(__name__)
 
@@ -50,8 +50,8 @@ def sole_daemon(folder: Path) -> Iterator[None]:
 def no_daemon(folder: Path) -> Iterator[None]:
     """Keep the state folder from any daemon meanwhile.
 
-    Raises AlreadyRunning when one has it, even one that does not answer; OSError when that cannot
-    be told.
+    Raises AlreadyRunning when a daemon has it, even one that does not answer; OSError when this
+    cannot be determined.
     """
     try:
         # Not created: a lock that root owns would be of no use to the daemon's user.

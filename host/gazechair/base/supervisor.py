@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from gazechair.base.child_process import drain, end, say_to, would_run
+from gazechair.base.child_process import drain, end, send_to, would_run
 from gazechair.base.child_records import DATA, FACTS, MAX_RECORD, RecordReader
 from gazechair.base.rate_limit import RateLimit
 
@@ -46,7 +46,7 @@ class Status:
 
 @dataclass
 class _Child:
-    """One child process: how its records are read, and what it has said."""
+    """One child process: the reader of its records, and the state of what it has reported."""
 
     reader: RecordReader
     limit: RateLimit
@@ -108,7 +108,7 @@ class Supervisor:
         self._silent_s = silent_s
         self._start_s = start_s
         self._listens = listens
-        self._word: bytes | None = None  # the newest, for a child that reads
+        self._message: bytes | None = None  # the newest, for a child that reads
         self._wake_fds = os.pipe()
         os.set_blocking(self._wake_fds[1], False)
         self._lock = threading.Lock()  # prevents writing to a closed pipe
@@ -129,13 +129,13 @@ class Supervisor:
         """Start the thread that owns the child."""
         self._thread.start()
 
-    def tell(self, word: bytes) -> None:
+    def send(self, message: bytes) -> None:
         """Send the newest line, of at most select.PIPE_BUF bytes, to a child that reads, and to
         each one after it. It is sent at once, or when the child has read; never waits."""
         assert self._listens
-        assert len(word) < select.PIPE_BUF
-        assert b"\n" not in word
-        self._word = word + b"\n"
+        assert len(message) < select.PIPE_BUF
+        assert b"\n" not in message
+        self._message = message + b"\n"
         self._wake()
 
     def stop(self, timeout_s: float = 5.0) -> None:
@@ -215,9 +215,9 @@ class Supervisor:
         child = _Child(RecordReader(self._longest), limit)
         deadline_s = time.monotonic() + start_s
         while not self._stopping.is_set():
-            word = self._word
-            if word is not sent and say_to(process, word):
-                sent = word
+            message = self._message
+            if message is not sent and send_to(process, message):
+                sent = message
             left_s = deadline_s - time.monotonic()
             ready = select.select([fd, self._wake_fds[0]], [], [], max(0.0, left_s))[0]
             if self._wake_fds[0] in ready:

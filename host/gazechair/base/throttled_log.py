@@ -25,19 +25,19 @@ class ThrottledLog:
 
     def warn(self, text: str, *arguments: object, exc_info: bool = False) -> None:
         """As logging.Logger.warning."""
-        self._say(logging.WARNING, text, arguments, exc_info)
+        self._write(logging.WARNING, text, arguments, exc_info)
 
     def info(self, text: str, *arguments: object) -> None:
         """As logging.Logger.info."""
-        self._say(logging.INFO, text, arguments, False)
+        self._write(logging.INFO, text, arguments, False)
 
     def thread_ended(self, args: threading.ExceptHookArgs) -> None:
         """As threading.excepthook: a thread ended by an error, with its traceback."""
         thread = "?" if args.thread is None else args.thread.name
         error = args.exc_value
-        self._say(logging.ERROR, "thread %s ended by %r", (thread, error), error or False)
+        self._write(logging.ERROR, "thread %s ended by %r", (thread, error), error or False)
 
-    def _say(
+    def _write(
         self, level: int, text: str, arguments: tuple[object, ...], exc_info: bool | BaseException
     ) -> None:
         with self._lock:

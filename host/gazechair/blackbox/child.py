@@ -74,7 +74,7 @@ class Keeper:
             try:
                 self._writer.sync()
                 if self._writer.path is not None or not self._retry_s:  # else nothing is proven
-                    self._say(states.OK, "ok", "")
+                    self._report(states.OK, "ok", "")
             except OSError as error:
                 self._failed(error)
         figures = {"written": self.written, "refused_by_disk": self.lost}
@@ -85,9 +85,9 @@ class Keeper:
         self._retry_s = time.monotonic() + _RETRY_S
         self._writer.close()
         reason = FULL if isinstance(error, LogFull) or error.errno == errno.ENOSPC else REFUSED
-        self._say(states.DEGRADED, reason, f"nothing is recorded: {error}")
+        self._report(states.DEGRADED, reason, f"nothing is recorded: {error}")
 
-    def _say(self, *standing: str) -> None:
+    def _report(self, *standing: str) -> None:
         if standing != self._standing:
             self._standing = standing
             with contextlib.suppress(BrokenPipeError):

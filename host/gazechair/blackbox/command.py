@@ -95,7 +95,7 @@ def _list(options: argparse.Namespace) -> None:
     print(f"{folder}: {total / 1e6:.1f} MB")
 
 
-def _tell_ending(file: LogFile) -> None:
+def _print_ending(file: LogFile) -> None:
     """On stderr, where no program takes it for data."""
     if ending := file.ending():
         sys.stdout.flush()
@@ -111,7 +111,7 @@ def _show(options: argparse.Namespace) -> None:
     with of_this_version(file.path):
         for line in story(file.lines()):
             print(line)
-    _tell_ending(file)
+    _print_ending(file)
 
 
 def _export(options: argparse.Namespace) -> None:
@@ -139,4 +139,4 @@ def _export(options: argparse.Namespace) -> None:
         there = ", ".join(sorted(topics)) or "no messages at all"
         problem = f"{file.path} has no message of {wanted}; there are {there}"
         raise UserError("; ".join(filter(None, (problem, file.ending()))))
-    _tell_ending(file)
+    _print_ending(file)

@@ -63,14 +63,14 @@ def story(lines: Iterable[Line]) -> Iterator[str]:
     for line in lines:
         if line.topic not in _FACES:
             continue
-        text = _words(line.topic, line.message)
+        text = _text_of(line.topic, line.message)
         if text != last.get(line.topic) or line.topic == "/rosout":
             last[line.topic] = text
             moment = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(line.at_ns // 10**9))
             yield f"{moment}.{line.at_ns // 10**6 % 1000:03} {text}"
 
 
-def _words(topic: str, m: Any) -> str:
+def _text_of(topic: str, m: Any) -> str:
     if topic == "/rosout":
         return f"host: {m.msg}"
     if topic == "/board/state":

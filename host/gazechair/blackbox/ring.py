@@ -10,7 +10,7 @@ from typing import Any
 
 KEPT = 5000  # records: some 20 s of driving
 LONGEST = 1 << 17  # bytes of a batch
-_BATCH = 25  # records, so that packing them blocks nobody for long
+_BATCH = 25  # records, so that packing them never blocks for long
 
 Record = tuple[str, int, Any]  # kind, monotonic ns, payload; see topics
 

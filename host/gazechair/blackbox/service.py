@@ -194,7 +194,7 @@ class BlackBox(Supervised):
         health, status = self._parts.part("log"), self._status
         if status is None:
             return
-        if drops and status.state == states.OK:  # else the process has told the reason
+        if drops and status.state == states.OK:  # else the process has reported the reason
             detail = f"{self._ring.dropped} records were dropped: the disk is too slow"
             health.set(states.DEGRADED, DROPPING, detail)
         elif health.reason == DROPPING:

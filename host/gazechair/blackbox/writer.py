@@ -108,7 +108,7 @@ class LogWriter:
             self._open()
         wall_ns = self._stamp_ns(at_ns)
         for topic, name, message in topics.messages_of(kind, min(wall_ns, _LATEST_NS), payload):
-            self._say(wall_ns, topic, name, ros.DEFINITIONS[name], message)
+            self._write_message(wall_ns, topic, name, ros.DEFINITIONS[name], message)
 
     def publish(
         self, at_ns: int, topic: str, name: str, definition: str, message: dict[str, Any]
@@ -116,12 +116,12 @@ class LogWriter:
         """Write a message of another type, at `at_ns` of the monotonic clock."""
         if self._writer is None:
             self._open()
-        self._say(self._stamp_ns(at_ns), topic, name, definition, message)
+        self._write_message(self._stamp_ns(at_ns), topic, name, definition, message)
 
     def _stamp_ns(self, at_ns: int) -> int:
         return max(0, at_ns + self._offset_ns)
 
-    def _say(
+    def _write_message(
         self, wall_ns: int, topic: str, name: str, definition: str, message: dict[str, Any]
     ) -> None:
         if name not in self._schemas:
@@ -187,16 +187,16 @@ class LogWriter:
     def _trim(self) -> None:
         if not self._folder.is_dir():
             return
-        held = list(states(files(self._folder)))
-        total = sum(state.st_size for _, state in held)
+        kept = list(states(files(self._folder)))
+        total = sum(state.st_size for _, state in kept)
         free = self._free_bytes(self._folder)
         now_s = self._wall_ns() / 1e9
-        times_s = [now_s if path == self.path else state.st_mtime for path, state in held]
+        times_s = [now_s if path == self.path else state.st_mtime for path, state in kept]
         ages = ages_s(times_s, now_s, self._clock_is_right())
-        for at, ((path, state), age_s) in enumerate(zip(held, ages, strict=True)):
+        for at, ((path, state), age_s) in enumerate(zip(kept, ages, strict=True)):
             if path == self.path:
                 continue
-            many = len(held) - at > _MOST_FILES
+            many = len(kept) - at > _MOST_FILES
             full = total > self._max_bytes or free < KEPT_FREE
             if many or full or age_s > self._keep_s:
                 path.unlink(missing_ok=True)

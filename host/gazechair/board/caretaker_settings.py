@@ -57,7 +57,7 @@ class CaretakerSettings:
         storing: Callable[[], Storing] = lambda: contextlib.nullcontext(True),
     ) -> None:
         """`step_ms`: duration of a step forward for a row of PROFILES, `linear_permille` and
-        `step_ramp_ms`; None: unchanged. `storing`: nobody arms within it, see driving.storing."""
+        `step_ramp_ms`; None: unchanged. `storing` prevents arming, see driving.storing."""
         self._link = link
         self._step_ms = step_ms
         self._storing = storing
@@ -110,7 +110,7 @@ class CaretakerSettings:
     def _put_back(self, before: Sequence[tuple[int, int]], save: bool) -> None:
         """`save`: the new values may be in the flash. Half of the old ones must not get there."""
         for index, value in reversed(before):
-            try:  # told already; the page reads again
+            try:  # reported already; the page reads again
                 self._ask(codes.SETTING_SET, index, value)
             except SettingsRefused:
                 save = False

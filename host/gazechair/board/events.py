@@ -38,7 +38,7 @@ class Pong:
 
 @dataclass(frozen=True)
 class FaultText:
-    """A FAULT frame: the board's own words."""
+    """A FAULT frame: the board's own report."""
 
     reason: str
     detail: str

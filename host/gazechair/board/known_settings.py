@@ -1,4 +1,4 @@
-"""The board's settings that the host goes by: asked once a session, followed ever after. Pure.
+"""The board's settings that the host uses: read once a session, then kept up to date. Pure.
 
 One after another once the relay's is answered, as the board answers one at a time.
 """
@@ -19,7 +19,7 @@ KNOWN = (
 )
 _INDICES = tuple(index_of(name) for name in KNOWN)
 _RELAY = index_of("relay_fitted")
-_TELL = (codes.SETTING_GET, codes.SETTING_SET, codes.SETTING_SET_NEUTRAL)
+_ANSWERED = (codes.SETTING_GET, codes.SETTING_SET, codes.SETTING_SET_NEUTRAL)
 
 
 class KnownSettings:
@@ -56,7 +56,7 @@ class KnownSettings:
         elif reply.index == _RELAY:
             if len(self.values) < len(_INDICES):  # some may be known: others ask, too
                 self._due_s = now_s
-        elif reply.request in _TELL and reply.index in _INDICES:
+        elif reply.request in _ANSWERED and reply.index in _INDICES:
             self.values = {**self.values, NAMES[reply.index]: reply.value}
             if self._due_s < math.inf:
                 self._due_s = math.inf if len(self.values) == len(_INDICES) else now_s

@@ -36,7 +36,7 @@ _BACK_OFF_S = (0.1, 1.0)
 _MAX_WAIT_S = 0.05
 
 log = logging.getLogger(__name__)
-complaints = ThrottledLog(log)
+throttled = ThrottledLog(log)
 
 # Reasons of a board that repeats its last message instead of beginning a session.
 _DOES_NOT_START = ("watchdog_boots", "no_hard_timer")
@@ -175,7 +175,7 @@ class BoardLink:
                 else:
                     begun = self._try(path)
             except Exception as error:  # whatever is wrong, the board must be looked for again
-                complaints.warn("board link: an error", exc_info=True)
+                throttled.warn("board link: an error", exc_info=True)
                 self.health.set(h.LOST, "board_lost", f"{type(error).__name__}: {error}")
             back_off_s = _BACK_OFF_S[0] if begun else min(back_off_s * 2, _BACK_OFF_S[1])
             self._stopping.wait(back_off_s)

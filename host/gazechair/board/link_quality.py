@@ -34,7 +34,7 @@ class LinkJudge:
         self._session = False
         self._received_s = 0.0
         self._differs = ""
-        self._last_words = ("", "")
+        self._failure = ("", "")
 
     @property
     def answered(self) -> bool:
@@ -47,7 +47,7 @@ class LinkJudge:
         self._session = False
         self._received_s = now_s
         self._differs = ""
-        self._last_words = ("", "")
+        self._failure = ("", "")
 
     def began(self, now_s: float) -> None:
         """A session has begun."""
@@ -55,7 +55,7 @@ class LinkJudge:
         self._session = True
         self._received_s = now_s
         self._differs = ""
-        self._last_words = ("", "")
+        self._failure = ("", "")
 
     def ended(self, now_s: float) -> None:
         """The session has ended; a handshake runs on the same port."""
@@ -74,7 +74,7 @@ class LinkJudge:
     def refuses(self, reason: str, detail: str, now_s: float) -> None:
         """A board without a session reports why it does not start."""
         if not self._session:
-            self._last_words = (reason, detail)
+            self._failure = (reason, detail)
             self._received_s = now_s
 
     def verdict(self, unsent_s: float, now_s: float) -> Verdict | None:
@@ -83,8 +83,8 @@ class LinkJudge:
         if not self._session:
             if quiet_s > self._answer_s:
                 return self._no_answer()
-            if self._last_words[0]:
-                return Verdict(h.LOST, *self._last_words)
+            if self._failure[0]:
+                return Verdict(h.LOST, *self._failure)
             if self._differs:
                 return Verdict(h.LOST, "version_differs", self._differs)
             return None

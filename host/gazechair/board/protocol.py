@@ -76,7 +76,7 @@ class LinkProtocol:
         self._ping_wanted = False
         self._ping_sent_s: float | None = None
         self._setting: tuple[int, int, int] | None = None
-        self._last_words = codes.NO_REASON  # of a board that does not start
+        self._failure_reason = codes.NO_REASON  # of a board that does not start
         self._clears = False
         self._traced = traced
         self._trace_due_s = 0.0
@@ -98,7 +98,7 @@ class LinkProtocol:
         """A port was (re)opened: forget what came before and begin a handshake."""
         self._decoder = frame.Decoder()
         self._decoder.session = self._keys
-        self._forget_last_words()
+        self._forget_failure()
         self._handshake(now_s)
 
     # Values to send
@@ -125,7 +125,7 @@ class LinkProtocol:
 
     def order(self, action: int, owner: int, now_s: float) -> None:
         """A new order (codes.ARM, ...), due at once and repeated; see link_orders."""
-        if self._board is None and self._last_words and action == codes.RESET_FAULTS:
+        if self._board is None and self._failure_reason and action == codes.RESET_FAULTS:
             self._clears = True
             self._hello_due_s = now_s
             return
@@ -208,12 +208,12 @@ class LinkProtocol:
         # A board that sends its last message has no session; frozen messages still reach it.
         if not self._clears:
             return b""
-        values = (messages.MAINTENANCE_KEY, 0, self._last_words)
-        self._forget_last_words()
+        values = (messages.MAINTENANCE_KEY, 0, self._failure_reason)
+        self._forget_failure()
         return self._frame(now_s, messages.MAINTENANCE, values)
 
-    def _forget_last_words(self) -> None:
-        self._last_words = codes.NO_REASON
+    def _forget_failure(self) -> None:
+        self._failure_reason = codes.NO_REASON
         self._clears = False
 
     def _hello(self, now_s: float) -> bytes:
@@ -252,7 +252,7 @@ class LinkProtocol:
             fields = message.unpack(buf)
             reason = str(codes.reason_name(fields["reason"]))
             if self._board is None:
-                self._last_words = fields["reason"]
+                self._failure_reason = fields["reason"]
             events.append(FaultText(reason, _text(fields["detail"])))
             return
         if message is messages.LIMITS and self._board is None:
@@ -288,7 +288,7 @@ class LinkProtocol:
 
     def _hello_received(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
         if fields["role"] != codes.ROLE_BOARD:
-            return  # our own words, echoed by a foreign device
+            return  # our own message, echoed by a foreign device
         name = _text(fields["name"])
         version = f"{fields['major']}.{fields['minor']}.{fields['patch']}"
         if fields["schema_hash"] != frame.schema_hash():
@@ -330,7 +330,7 @@ class LinkProtocol:
     def _limits_received(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
         # The session begins here, so that nothing is sent by any limits but this board's own.
         assert self._greeted is not None  # the frame is of this session
-        self._forget_last_words()
+        self._forget_failure()
         self._board = BoardId(*self._greeted, self._session, BoardLimits(**fields))
         self._keys.advance(frame.u16(self._decoder.buf, messages.STAMP_AT))
         self._stamp_ms = self._keys.clock_ms

@@ -28,7 +28,7 @@ class Secret(str):
 
 
 class Refused(ValueError):
-    """Raised for a value that a setting does not accept; the text says what it accepts."""
+    """Raised for a value that a setting does not accept; the text names what it accepts."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Kind:
     """The values that a setting accepts."""
 
     describe: str
-    """In words: "a whole number 0..3000"."""
+    """As text: "a whole number 0..3000"."""
     check: Callable[[Any], Any]
     """Returns the value as the program uses it; raises Refused."""
 

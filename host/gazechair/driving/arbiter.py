@@ -4,7 +4,7 @@ Times are monotonic seconds. One page owns the chair at a time; a stop from any 
 takes effect at once. The caretaker may take over at any time, a driver when there is no owner. An
 input (a plug-in) never owns the chair: it drives alongside its person's page, while that owns it. A
 press (edge) that has ended, for any reason, never moves the chair again: its person must press
-again. Nobody holds an auto mode: it lasts under supervision (Watch) until anything is pressed.
+again. An auto mode needs no holding: it lasts under supervision (Watch) until anything is pressed.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ class Arbiter:
     def receive(
         self, client: int, message: PageMessage, now_s: float, offered: bool = True
     ) -> Refusal | None:
-        """Act on one message; a refusal to tell its page. `offered`: so is the mode it asks for."""
+        """Act on one message; returns a refusal for its page. `offered`: its mode is offered."""
         page = self._clients.get(client)
         if page is None:
             return Refusal("message", "not_owner", "this page is not connected any more")

@@ -22,7 +22,7 @@ from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessa
 from gazechair.driving.mode_context import ModeContext, ModeOutput, sensed
 from gazechair.driving.needs import Calls, Link
 from gazechair.driving.refusal import Refusal
-from gazechair.driving.shown_state import board_words, bypass_ms
+from gazechair.driving.shown_state import board_fields, bypass_ms
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.driving.stop_seen import StopSeen
 from gazechair.driving.untuned import StepTurns, slowed
@@ -128,7 +128,7 @@ class Control:
         return self._arbiter.stops.of_others_s(but)
 
     def owned(self) -> bool:
-        """True while a page drives, or has just asked to."""
+        """True while a page drives, or has just requested to."""
         return self._arbiter.owner is not None
 
     def act(self, client: int, meaning: PageMessage) -> Refusal | None:
@@ -333,7 +333,7 @@ class Control:
         self._drivers_verdict = self._drivers_errors.fold(drivers, now_s)
         shown = (
             self._facts(parts, state, now_s),
-            # Sources of what each page is told of its own, and of `welcome`.
+            # Sources of each page's own fields, and of `welcome`.
             (self._verdict, self._drivers_verdict),
             self._arbiter.owner,
             None if state is None else state.edge,
@@ -354,7 +354,7 @@ class Control:
         """Part of a snapshot that is the same for all pages, and that they get once it changes."""
         help_call = self._arbiter.help
         return {
-            **board_words(state),
+            **board_fields(state),
             **{name: parts[name].state for name in ("board", "lidar", "camera")},
             "owner": codes.OWNERS[self._arbiter.owner_code],
             "auto": [self._arbiter.auto, self._arbiter.auto_over],

@@ -14,8 +14,8 @@ class HelpCall:
 
     def __init__(self) -> None:
         self.on = False
-        """The driver has asked for help, and no caretaker has answered yet."""
-        self.count = 0  # how often they have asked
+        """True while the driver calls for help and no caretaker has answered."""
+        self.count = 0  # calls so far
         self._coming_till_s: float | None = None
 
     def coming(self, now_s: float) -> bool:
@@ -23,7 +23,7 @@ class HelpCall:
         return self._coming_till_s is not None and now_s < self._coming_till_s
 
     def restore(self, on: bool, answered_s: float | None) -> None:
-        """Continue after a restart; `answered_s`: when a caretaker answered, None: nobody has."""
+        """Continue after a restart; `answered_s`: when a caretaker answered, None: not answered."""
         self.on = on
         self._coming_till_s = None if answered_s is None else answered_s + COMING_S
 
@@ -38,7 +38,7 @@ class HelpCall:
         if role != codes.DRIVER:
             if message.on:
                 return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
-            # Somebody who is there has not heard a call made meanwhile: it counts as answered.
+            # A call made while a caretaker is with the driver counts as answered.
             if self.on:
                 self.answer(now_s)
             elif message.there:

@@ -32,7 +32,7 @@ class Presses:
         """`last_number`: the board's numbers continue from here, 0..255; random at each start."""
         self._last_number = last_number
         self._newest: dict[int, int] = {}  # edge of each client, whether it began or not
-        self._began: dict[int, tuple[int, float]] = {}  # newest edge heard of, first proven
+        self._began: dict[int, tuple[int, float]] = {}  # newest edge received, first proven
         self.now: Press | None = None
         """The newest, dead or alive; None: none is sent to the board."""
 
@@ -170,14 +170,14 @@ class DrivingPress(Presses):
     def overruled(self, board_edge: int, override: int) -> None:
         """The board's override of its newest press: an auto motion waits only for obstacles."""
         if self.auto and self.now is not None and self.now.number == board_edge:
-            # Overruled before anything was asked (the chair still rolls): it never began.
+            # Overruled before its first request (the chair still rolls): it never began.
             waits = override == codes.NO_REASON or (self._begun and override in _WAITS)
             self._begun = True
             if not waits:
                 self.end()
 
     def come_to_its_end(self, reached: bool) -> None:
-        """The mode has ended: end an auto motion, which nobody could release."""
+        """The mode has ended: end an auto motion, which has no button to release."""
         if self.auto:
             self.unfinished = "" if reached else self.mode
             self.drop()
@@ -185,7 +185,7 @@ class DrivingPress(Presses):
             self.end()
 
     def release(self, client: int) -> None:
-        if not self.auto:  # which nobody holds
+        if not self.auto:  # an auto motion is not held
             super().release(client)
 
     def gone(self, client: int) -> None:

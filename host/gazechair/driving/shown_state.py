@@ -9,7 +9,7 @@ from gazechair.board.state import BoardState, BoardStats
 from gazelink import codes
 
 
-def board_words(state: BoardState | None) -> dict[str, Any]:
+def board_fields(state: BoardState | None) -> dict[str, Any]:
     """`state` as sent to a page, numbers by name; None: not connected."""
     if state is None:
         return {

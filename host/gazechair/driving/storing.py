@@ -1,6 +1,6 @@
-"""Nobody arms while settings of the board are stored: armed, it would refuse the rest of them.
+"""Prevents arming while settings of the board are stored: an armed board refuses the rest.
 
-What is only set would stay in force, and perhaps in the flash, without anybody knowing.
+Values that are set but not stored would stay in force, and perhaps in the flash, unnoticed.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from contextlib import contextmanager
 
 
 class Storing:
-    """Thread-safe. Nothing that stops the chair asks here."""
+    """Thread-safe. Nothing that stops the chair waits for it."""
 
     def __init__(self, drives: Callable[[], bool]) -> None:
-        """`drives`: True while somebody drives, or has asked to."""
+        """`drives`: True while somebody drives, or has requested to."""
         self._drives = drives
         self._lock = threading.Lock()
         self._stores = 0

@@ -1,4 +1,4 @@
-"""Tokens: how the host knows, by its own clock alone, how old a page's message is.
+"""Tokens: the host computes the age of a page's message by its own clock alone.
 
 Every state carries a token, the host's clock in ms. A page returns one with `since`, the ms its own
 clock has counted since the token arrived; `token + since` is the message's proof. Let the token

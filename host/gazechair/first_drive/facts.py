@@ -87,7 +87,7 @@ class Facts:
         return {"done": self.board is not None, "host": own, "board": board}
 
     def _mask(self) -> dict[str, Any]:
-        known = [self.record.knows(one) or one.mask for one in self.lidars]
+        known = [self.record.has_mask_of(one) or one.mask for one in self.lidars]
         arcs = [[list(arc) for arc in one.mask] for one in self.record.masked(self.lidars)]
         return {"done": bool(known) and all(known), "arcs": arcs}
 

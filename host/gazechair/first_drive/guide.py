@@ -26,7 +26,7 @@ from gazechair.config.settings import Config, LidarConfig
 from gazechair.driving.storing import Storing
 from gazechair.first_drive.facts import MOVES, NEUTRALS, STEPS, Facts
 from gazechair.first_drive.floor_marks import FloorMarks, marks_of
-from gazechair.first_drive.held import Held
+from gazechair.first_drive.held_button import HeldButton
 from gazechair.first_drive.moves import Moves
 from gazechair.first_drive.record import Record, fitted_as
 from gazechair.people.profiles import Profiles
@@ -105,7 +105,7 @@ class Guide:
         self._measured = measured
         self._keep = keep
         self._marks = marks
-        self.held = Held(link, clock, control.stopped_s)
+        self.held = HeldButton(link, clock, control.stopped_s)
         self.storing = Storing(lambda: control.owned() or bool(self.moving))
         self.settings = CaretakerSettings(link, step_ms, self.storing.store)
         self._lock = threading.Lock()

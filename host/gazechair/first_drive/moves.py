@@ -68,7 +68,7 @@ class Moves(ArmedSession):
         began_s = ended_s = self._clock()
         moved = False
         while not moved or self._clock() < ended_s + _SETTLES_S:
-            self._link.command(self._held(command))
+            self._link.command(self._renewed(command))
             state = self._next()
             now_s = self._clock()
             if state is not None and state.edge == command.edge and state.motion != codes.STOPPED:

@@ -9,7 +9,7 @@ from gazechair.driving.driver_port import Message, RelayingPort
 from gazechair.driving.messages import BadMessage, HoldBypass, parse
 from gazechair.driving.refusal import Refusal
 from gazechair.first_drive.guide import Guide, StepRefused
-from gazechair.first_drive.held import Pressed
+from gazechair.first_drive.held_button import Pressed
 from gazelink import codes
 
 _STOPS = ("stop", "disarm", "emergency", "release")
@@ -97,6 +97,6 @@ class FirstDrivePort(RelayingPort):
                 raise StepRefused("first_cap", "tuning turns the chair as fast as it can")
             if not may:
                 raise StepRefused("board_busy", _STORING)
-            # While the step moves the chair, nobody may change it.
+            # It must not change while the step moves the chair.
             self._guide.held.cap_permille = state["cap_permille"]
             self._guide.begin(step)

@@ -71,7 +71,7 @@ class Record:
         learned = [(one, self._learned(one)) for one in lidars]
         return tuple(one if mask is None else replace(one, mask=mask) for one, mask in learned)
 
-    def knows(self, lidar: LidarConfig) -> bool:
+    def has_mask_of(self, lidar: LidarConfig) -> bool:
         """True if the mask of `lidar` was learned in its present place."""
         return self._learned(lidar) is not None
 

@@ -66,7 +66,7 @@ class PersonFollower:
         self._follows = False
 
     def stop(self) -> None:
-        """Follow nobody."""
+        """Stop following."""
         self._person.stop()
         self._follows = False
 

@@ -162,7 +162,7 @@ class LineFollower:
         self._forget(pose)
 
     def rest(self, pose: FloatArray, now_s: float) -> None:
-        """Call instead of `step` while nobody presses: the line can get lost then too."""
+        """Call instead of `step` while not pressed: the line can get lost then, too."""
         self._last, self._turns = STOP, False
         if self.state is State.FOLLOWS and self._unseen_s(pose, now_s) > GONE_S:
             self.state = State.LOST

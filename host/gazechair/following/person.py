@@ -111,7 +111,7 @@ class Person:
         self._until_s = at_s + (_CHOOSING_S if bearing_rad is None else _LOOK_S)
 
     def stop(self) -> None:
-        """Follow nobody."""
+        """Stop following."""
         self.state, self.track, self._since_s, self._touches = State.NOBODY, None, {}, 0
 
     def look(
@@ -293,7 +293,7 @@ class Person:
         return math.hypot(x_m - x, y_m - y)
 
     def _nobody_else(self, one: Track, tracks: Sequence[Track]) -> bool:
-        """True if nobody else is near or could have come there unseen."""
+        """True if no other person is near or could have come there unseen."""
         if not _alone(one, tracks, _BACK_ALONE_M):
             return False
         unseen = [_Left.of(t) for t in tracks if t is not one and t.walked and not t.legs]

@@ -26,7 +26,7 @@ class Shot:
     acquired_s: float
 
 
-class PictureSlot:
+class LatestPicture:
     """The writer's side; one thread at a time."""
 
     def __init__(self) -> None:

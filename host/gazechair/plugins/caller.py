@@ -74,19 +74,20 @@ class ModeCaller:
         self._press = 0
         self._since_s = 0.0
 
-    def call(self, word: Mapping[str, Any], now_s: float) -> Value:
+    def call(self, message: Mapping[str, Any], now_s: float) -> Value:
         """How it drives now.
 
-        `word`: from the daemon's word_of(); press 0 when nobody presses the mode.
+        `message`: from the daemon's world_message(); press 0 when nobody presses the mode.
         """
-        press, state_s = int(word["press"]), float(word["state_s"])
+        press, state_s = int(message["press"]), float(message["state_s"])
         trouble = str(self._plugin.trouble())
         if press != self._press:
             self._press, self._since_s = press, now_s
         if press == 0 or now_s - state_s > WORLD_OLD_S:
             return Value(now_s, 0, NOTHING, 0, trouble)
         pressed_s = now_s - self._since_s
-        world = World(word["heading_deg"], word["clearance"], word["view"], state_s, pressed_s)
+        seen = message["heading_deg"], message["clearance"], message["view"]
+        world = World(*seen, state_s, pressed_s)
         output = self._plugin.drive(world)
         intent = NOTHING if output is None else drive(*output)
         return Value(min(state_s, now_s), press, intent, 0, trouble)

@@ -34,12 +34,12 @@ def main() -> int:
     """
     argument = json.loads(sys.argv[1])
     out = enter_child()
-    words = os.dup(0)  # a plug-in that reads its standard input gets nothing
+    messages = os.dup(0)  # a plug-in that reads its standard input gets nothing
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
     out.status("starting", STARTING, "starting")
     try:
-        serve(argument, out, words)
+        serve(argument, out, messages)
         return 0
     except BrokenPipeError:
         return 0
@@ -54,7 +54,7 @@ def main() -> int:
     return 1
 
 
-def serve(argument: dict[str, Any], out: RecordWriter, words: int) -> None:
+def serve(argument: dict[str, Any], out: RecordWriter, messages: int) -> None:
     """Serve until the parent closes the pipe, or the plug-in raises."""
     kind, how = argument["kind"], argument["how"]
     title = f"{kind}.{argument['name']}"
@@ -67,11 +67,11 @@ def serve(argument: dict[str, Any], out: RecordWriter, words: int) -> None:
     plugin = build(found, title, argument["settings"])
     try:
         if how == "paced":
-            _pace(plugin, out, words)
+            _pace(plugin, out, messages)
         elif isinstance(plugin, Input):
             _serve_input(plugin, out)
         else:
-            _serve_mode(plugin, out, words)
+            _serve_mode(plugin, out, messages)
     finally:
         plugin.close()
 
@@ -92,19 +92,19 @@ def _serve_input(plugin: Input, out: RecordWriter) -> None:
         select.select([fd] if fd >= 0 else [], [], [], left_s)
 
 
-def _serve_mode(plugin: Any, out: RecordWriter, words: int) -> None:
+def _serve_mode(plugin: Any, out: RecordWriter, messages: int) -> None:
     caller = ModeCaller(plugin)
-    word: dict[str, Any] = {"press": 0, "state_s": 0.0}
-    os.set_blocking(words, False)
+    message: dict[str, Any] = {"press": 0, "state_s": 0.0}
+    os.set_blocking(messages, False)
     lines = b""
     while True:
-        out.data(caller.call(word, time.monotonic()).pack())
-        word = {"press": 0, "state_s": 0.0}
-        if words not in select.select([words], [], [], _IDLE_S)[0]:
+        out.data(caller.call(message, time.monotonic()).pack())
+        message = {"press": 0, "state_s": 0.0}
+        if messages not in select.select([messages], [], [], _IDLE_S)[0]:
             continue
         while True:  # read everything queued: only the newest line counts
             try:
-                chunk = os.read(words, _CHUNK)
+                chunk = os.read(messages, _CHUNK)
             except BlockingIOError:
                 break
             if not chunk:
@@ -112,18 +112,18 @@ def _serve_mode(plugin: Any, out: RecordWriter, words: int) -> None:
             lines += chunk
         *whole, lines = lines.split(b"\n")
         if whole:
-            word = json.loads(whole[-1])
+            message = json.loads(whole[-1])
 
 
-def _pace(plugin: Any, out: RecordWriter, words: int) -> None:
+def _pace(plugin: Any, out: RecordWriter, messages: int) -> None:
     caller: Any = InputCaller(plugin) if isinstance(plugin, Input) else ModeCaller(plugin)
-    with open(words, "rb") as lines:
+    with open(messages, "rb") as lines:
         for line in lines:
-            word = json.loads(line)
+            message = json.loads(line)
             if isinstance(plugin, Input):
-                value = caller.call(word["now_s"])
+                value = caller.call(message["now_s"])
             else:
-                value = caller.call(word, word["now_s"])
+                value = caller.call(message, message["now_s"])
             out.data(value.pack())
 
 

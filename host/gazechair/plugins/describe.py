@@ -65,7 +65,7 @@ def describe(found: Found, settings: Mapping[str, Any] | None = None) -> Descrip
     except (ValueError, KeyError, TypeError) as error:
         wrong = f"sent nonsense: {error}"
     if done.returncode != 0 and not wrong:
-        wrong = "its process ended without a word"
+        wrong = "its process ended without a message"
     return Description(about, table, wrong, refused)
 
 

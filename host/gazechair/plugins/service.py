@@ -104,10 +104,10 @@ class Plugin(Supervised):
             "again": None if again_s is None else self._port.proof(again_s),
         }
 
-    def tell(self, word: bytes) -> None:
+    def send(self, message: bytes) -> None:
         """Send the newest world to a mode."""
         if self._supervisor is not None:
-            self._supervisor.tell(word)
+            self._supervisor.send(message)
 
     def _on_facts(self, payload: bytes) -> None:
         self._facts = unpack_facts(payload)
@@ -183,7 +183,7 @@ class Plugins:
         self._port = port
         self._clock = clock
         self._stopping = threading.Event()
-        self._threads = [threading.Thread(target=self._tell_modes, name="modes", daemon=True)]
+        self._threads = [threading.Thread(target=self._send_worlds, name="modes", daemon=True)]
 
     def rows(self) -> list[dict[str, Any]]:
         """The rows of all for the pages."""
@@ -227,14 +227,14 @@ class Plugins:
         for plugin in self.running.values():
             plugin.stop()
 
-    def _tell_modes(self) -> None:
+    def _send_worlds(self) -> None:
         sender = WorldSender()
         pause_s = _IDLE_LOOK_S
         while not self._stopping.wait(pause_s):
             context = self._port.mode_context()
-            word = sender.word(context, self._clock())
-            if word is not None and context.mode in self._modes:
-                self._modes[context.mode].tell(word)
+            message = sender.message(context, self._clock())
+            if message is not None and context.mode in self._modes:
+                self._modes[context.mode].send(message)
             pause_s = _LOOK_S if context.mode else _IDLE_LOOK_S
 
 
@@ -245,17 +245,17 @@ class WorldSender:
         self._sent_s = 0.0
         self._state_s = 0.0
 
-    def word(self, context: ModeContext, now_s: float) -> bytes | None:
+    def message(self, context: ModeContext, now_s: float) -> bytes | None:
         """The next message; None: nothing to send now."""
         if not context.mode or context.state_s == self._state_s:
             return None
         if now_s - self._sent_s < _WORLD_PERIOD_S:
             return None
         self._sent_s, self._state_s = now_s, context.state_s
-        return word_of(context)
+        return world_message(context)
 
 
-def word_of(context: ModeContext) -> bytes:
+def world_message(context: ModeContext) -> bytes:
     """The world as sent to a mode's process."""
     return json.dumps(
         {

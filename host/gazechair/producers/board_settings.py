@@ -70,7 +70,7 @@ class BoardSettings:
             ChairNumbers.of(answers)
         except KeyError:
             if not off:
-                self._known = None  # nobody may drive with numbers that may be old
+                self._known = None  # no motion may use numbers that may be old
             return
         self._known, self._stale = dict(answers), off
 

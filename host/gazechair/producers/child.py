@@ -45,7 +45,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
         if select.select([0], [], [], left_s)[0]:
             line = lines.read()
             if line is not None:
-                runner.word(json.loads(line))
+                runner.on_message(json.loads(line))
         now_s = time.monotonic()
         if now_s >= tick_s:
             tick_s = max(tick_s + STEP_S, now_s)

@@ -126,4 +126,4 @@ class SpotProducer(Producer):
 
     @abstractmethod
     def wait(self, sensed: Sensed, now_s: float) -> Output:
-        """Called every 50 ms while nobody presses. Others may drive the chair meanwhile."""
+        """Called every 50 ms while its tile is not pressed; others may drive meanwhile."""

@@ -1,9 +1,9 @@
 """Messages between a producer's process and the daemon: small JSON, checked on arrival.
 
-Down, a word: {"at_s", "press", "target", "settings", "may_reverse", "cap_permille"}, press 0 when
-nobody presses its mode, the speed cap as it is now; also "ask", the spot chosen in the picture:
-{"number", "at", "settings", "may_reverse", "at_s"}. Up, a record: a plug-in's value, with more data
-for the pages; "ask": the ask that it belongs to, 0 for the press.
+Daemon to process: {"at_s", "press", "target", "settings", "may_reverse", "cap_permille"}; press 0
+while its mode is not pressed, the present speed cap; also "ask", the spot chosen in the picture:
+{"number", "at", "settings", "may_reverse", "at_s"}. Process to daemon, a record: a plug-in's value,
+with more data for the pages; "ask": number of the request it answers, 0 for the press.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from gazechair.plugins.contract import NOTHING, drive
 from gazechair.plugins.exchange import BadValue, Value
 from gazechair.producers.contract import Output
 
-WORD_OLD_S = 0.3
-"""An older word no longer proves a press."""
+MESSAGE_OLD_S = 0.3
+"""An older message no longer proves a press."""
 LONGEST = 16384
 """Bytes of a record."""
 STATES = ("thinks", "drives", "waits", "blocked", "arrived", "ended", "ready")

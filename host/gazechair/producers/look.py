@@ -99,7 +99,7 @@ class LookProducer(SpotProducer):
             self._spot_m = spot.x_m, spot.y_m
 
     def wait(self, sensed: Sensed, now_s: float) -> Output:
-        self._hear(sensed)
+        self._take_in(sensed)
         ask = self._ask
         if ask is None:
             return Output(None, "ended")
@@ -127,7 +127,7 @@ class LookProducer(SpotProducer):
         self._mission = Mission(costmap, planner, numbers, footprint, self._ride.submit)
 
     def step(self, sensed: Sensed, now_s: float) -> Output:
-        self._hear(sensed)
+        self._take_in(sensed)
         self._pressed_s = now_s
         self._moved_by_others.begin(now_s)
         mission, found, newest = self._mission, self._found, self._track.newest
@@ -156,8 +156,8 @@ class LookProducer(SpotProducer):
         self._ask = self._found = self._mission = None
         return Output(None, state, reason)
 
-    def _hear(self, sensed: Sensed) -> None:
-        self._ride.hear(sensed)
+    def _take_in(self, sensed: Sensed) -> None:
+        self._ride.take_in(sensed)
         self._track.take(sensed.estimates)
         self._map_track.take(sensed.estimates, sensed.where)
         if sensed.where is not None:

@@ -96,7 +96,7 @@ class PlaceProducer(Producer):
         return _Model(stored, costmap, Planner(costmap, may_reverse=True))
 
     def step(self, sensed: Sensed, now_s: float) -> Output:
-        self._ride.hear(sensed)
+        self._ride.take_in(sensed)
         self._track.take(sensed.estimates, sensed.where)
         self._odometry.take(sensed.estimates)
         if not self._sees_behind:  # no turn on the spot is permitted (promise P19)

@@ -37,7 +37,7 @@ class PoseWatch:
     def judge(self, seen_s: float | None, track: OdometryTrack, now_s: float) -> str:
         """KNOWN, DOUBTED or LOST.
 
-        `seen_s`: when the chair was where its pose says; None: that is not known well enough.
+        `seen_s`: when the chair was at its pose; None: that is not known well enough.
         """
         newest = track.newest
         if seen_s is not None:

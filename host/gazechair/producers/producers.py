@@ -112,7 +112,7 @@ class Producers:
             self._each(ProducerService.look)
 
     def _each(self, act: Callable[[ProducerService], None]) -> None:
-        # If one fails, its chair stands, because its process gets no more words.
+        # If one fails, its chair stands, because its process gets no more messages.
         for service in self.services:
             try:
                 act(service)

@@ -49,7 +49,7 @@ class Ride:
         self._thought = self._thinker.submit(work)
         return self._thought
 
-    def hear(self, sensed: Sensed) -> None:
+    def take_in(self, sensed: Sensed) -> None:
         """Process new data."""
         for piece in sensed.pieces:
             self.looks.piece(piece)

@@ -1,4 +1,4 @@
-"""A producer's process without its pipes: takes words and datagrams, steps the kind, sends values.
+"""A producer's process without pipes: takes messages and datagrams, steps the kind, sends values.
 
 A step that takes longer than a value lives continues in its own thread; meanwhile the chair
 stands, and this reports so. One that is only late, on a busy machine, stops nothing: the value
@@ -15,7 +15,7 @@ from typing import Any, Protocol
 from gazechair.base.latest_value import Clock
 from gazechair.picture.newest import Shot
 from gazechair.producers.contract import Ask, Output, Press, Producer, Sensed, SpotProducer
-from gazechair.producers.exchange import WORD_OLD_S, pack
+from gazechair.producers.exchange import MESSAGE_OLD_S, pack
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.estimate import Estimate
@@ -41,7 +41,10 @@ class Out(Protocol):
 
 
 class Runner:
-    """Feed it with `word` and `heard`; call `tick` every STEP_S. A hang or an exception ends it."""
+    """Feed it with `on_message` and `received`; call `tick` every STEP_S.
+
+    A hang or an exception ends it.
+    """
 
     def __init__(
         self,
@@ -60,11 +63,11 @@ class Runner:
         self._clock = clock
         self._picture = picture
         self._ask: Ask | None = None
-        self._known_ask = 0  # the ask that the kind knows
+        self._known_ask = 0  # the ask that the kind has received
         self._answered = 0  # the ask that it has ended with this answer
         self._answer = _IDLE
         self._press: Press | None = None
-        self._begun = 0  # the press that the kind knows
+        self._begun = 0  # the press that the kind has received
         self._over = 0  # the press that the kind has ended
         self._step: Future[Output] | None = None
         self._step_of, self._step_s = 0, 0.0
@@ -73,21 +76,21 @@ class Runner:
         self._received: deque[tuple[float, Piece | Estimate | Motion]] = deque()
         self._where: Whereabouts | None = None
         self._cap_permille = 1000
-        self._word_s = self._sent_s = float("-inf")
+        self._message_s = self._sent_s = float("-inf")
 
-    def word(self, word: Mapping[str, Any]) -> None:
+    def on_message(self, message: Mapping[str, Any]) -> None:
         """Process a message from the daemon; see exchange."""
-        self._word_s = float(word["at_s"])
-        ask = word.get("ask")
+        self._message_s = float(message["at_s"])
+        ask = message.get("ask")
         self._ask = None if ask is None else Ask(**ask)
-        number = int(word["press"])
+        number = int(message["press"])
         if number == 0:
             self._press = None
         elif self._press is None or self._press.number != number:
-            more = word["target"], word["settings"], word["may_reverse"]
-            self._press = Press(number, *more, self._word_s)
+            more = message["target"], message["settings"], message["may_reverse"]
+            self._press = Press(number, *more, self._message_s)
         if number:
-            self._cap_permille = int(word["cap_permille"])
+            self._cap_permille = int(message["cap_permille"])
 
     def received(
         self, data: HalfTurn | Motion | Estimate | Whereabouts | None, now_s: float
@@ -109,10 +112,10 @@ class Runner:
 
     def tick(self, now_s: float) -> None:
         """Send what is due now. Raises what the kind raises, RuntimeError when it hangs."""
-        press = self._press if now_s - self._word_s <= WORD_OLD_S else None
+        press = self._press if now_s - self._message_s <= MESSAGE_OLD_S else None
         if self._step is None and press is not None and press.number != self._over:
             self._begin(press, now_s)
-        ask = self._ask if press is None and now_s - self._word_s <= WORD_OLD_S else None
+        ask = self._ask if press is None and now_s - self._message_s <= MESSAGE_OLD_S else None
         if self._step is None and ask is not None and ask.number != self._answered:
             self._begin_waiting(ask, now_s)
         if self._step is not None:
@@ -131,7 +134,7 @@ class Runner:
         elif press is not None:
             known = self._shown if self._begun == press.number else _IDLE
             self._send(now_s, press.number, Output(_STANDS, "thinks", known.reason, known.shown))
-        elif now_s >= self._sent_s + PULSE_S:  # alive, though nobody presses
+        elif now_s >= self._sent_s + PULSE_S:  # alive, though not pressed
             over = ask is not None and ask.number == self._answered
             self._send(now_s, 0, self._answer if over else _IDLE, self._answered if over else 0)
 

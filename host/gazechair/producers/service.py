@@ -36,8 +36,8 @@ _BOARD_REASONS = {"supervision_lost", "auto_overruled", "auto_limit"}
 _BOARD_REASONS |= {name for _bit, name, _severity, _latched in codes.FAULTS}
 
 _GOAL_FIELDS = ("map", "x", "y", "heading")
-_WORD_S = 0.018  # for 50 per second, with a margin
-_IDLE_WORD_S = 0.1
+_MESSAGE_S = 0.018  # for 50 per second, with a margin
+_IDLE_MESSAGE_S = 0.1
 _SHOWN_S = 60.0  # how long the end of a motion is shown
 _LATE_S = 0.135  # after this long without a value, its producer is the reason, not a late step
 _NICE = 5  # a busy producer must not take the processor from the parts that stop the chair
@@ -99,7 +99,7 @@ class ProducerService(InboxService):
         self._lives = False
         self._shown: dict[str, Target] = {}
         self._offered: dict[str, Target] = {}  # those that can be pressed
-        self._word_s = float("-inf")
+        self._message_s = float("-inf")
         self._state_s = 0.0
         self._ride: _Ride | None = None  # the newest, over or not
 
@@ -186,7 +186,7 @@ class ProducerService(InboxService):
     # Periodic calls
 
     def look(self) -> None:
-        """Update what can be chosen: 4 times a second. May wait for a disk; nobody waits for it."""
+        """Update what can be chosen: 4 times a second. May wait for a disk; none waits for it."""
         shown = dict(self._targets()) if self._settings() else {}
         with self._lock:
             self._shown = shown
@@ -198,7 +198,7 @@ class ProducerService(InboxService):
             now_s = self._clock()
             context = self._port.mode_context()
             self._follow(context, now_s)
-            self._send_word(context, now_s)
+            self._send_message(context, now_s)
 
     @property
     def rides(self) -> bool:
@@ -254,14 +254,14 @@ class ProducerService(InboxService):
             received_s=now_s,
             settings=settings or {},
         )
-        self._word_s = float("-inf")
+        self._message_s = float("-inf")
         if settings is None:  # unknown since the last look: nothing can be planned
             self._ride.ended_s, self._ride.reason = now_s, FAILED
             self._port.mode_output(context.mode, context.press, None, now_s, False)
 
     def _end(self, ride: _Ride, now_s: float) -> None:
         ride.ended_s = now_s
-        self._word_s = float("-inf")
+        self._message_s = float("-inf")
         if ride.record is not None and ride.record.state in ("arrived", "ended"):
             return
         override = self._override()
@@ -274,16 +274,16 @@ class ProducerService(InboxService):
         else:
             ride.reason = override if override in _BOARD_REASONS else STOPPED
 
-    def _send_word(self, context: ModeContext, now_s: float) -> None:
+    def _send_message(self, context: ModeContext, now_s: float) -> None:
         rides = self.rides
-        if rides and (context.state_s == self._state_s or now_s - self._word_s < _WORD_S):
+        if rides and (context.state_s == self._state_s or now_s - self._message_s < _MESSAGE_S):
             return
-        if not rides and now_s - self._word_s < _IDLE_WORD_S:
+        if not rides and now_s - self._message_s < _IDLE_MESSAGE_S:
             return
-        self._word_s, self._state_s = now_s, context.state_s
-        word: dict[str, Any] = {"at_s": now_s, "press": 0, **self._extra_fields()}
+        self._message_s, self._state_s = now_s, context.state_s
+        message: dict[str, Any] = {"at_s": now_s, "press": 0, **self._extra_fields()}
         if rides and self._ride is not None:
-            word |= {
+            message |= {
                 "at_s": context.state_s,  # while the board is silent, do not drive on
                 "press": self._ride.number,
                 "target": dict(self._ride.target.more),
@@ -291,15 +291,15 @@ class ProducerService(InboxService):
                 "may_reverse": context.view["backward"] != "unseen",
                 "cap_permille": context.cap_permille,
             }
-        self._send(json.dumps(word).encode())
+        self._send(json.dumps(message).encode())
 
     def _extra_fields(self) -> Mapping[str, Any]:
-        """Additional fields of a word."""
+        """Additional fields of a message."""
         return {}
 
-    def _send(self, word: bytes) -> None:
+    def _send(self, message: bytes) -> None:
         if self._supervisor is not None:
-            self._supervisor.tell(word)
+            self._supervisor.send(message)
 
     def _on_data(self, payload: bytes) -> None:
         record = exchange.unpack(payload)
@@ -316,7 +316,7 @@ class ProducerService(InboxService):
         self.health.set(states.OK)
 
     def _take_answer(self, record: exchange.Record) -> None:
-        """Process what a record says about a chosen spot."""
+        """Process a record about a chosen spot."""
 
     def _on_status(self, status: Status) -> None:
         if status.state == states.LOST:

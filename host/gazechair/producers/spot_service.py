@@ -49,7 +49,7 @@ class SpotService(ProducerService):
         with self._lock:
             if self._ask is not None:
                 self._ask = self._answer = None
-                self._word_s = float("-inf")
+                self._message_s = float("-inf")
                 self._offer(stopped)
 
     def spot(self) -> dict[str, Any] | None:

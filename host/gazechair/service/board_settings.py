@@ -50,7 +50,7 @@ def may_be_done(error: BaseException) -> bool:
 
 
 def parse(name: str, text: str) -> tuple[int, int]:
-    """(index, value) of a change given as words. SettingsError for an unknown name or bad value."""
+    """(index, value) of a change given as text. SettingsError for an unknown name or bad value."""
     if name not in NAMES:
         raise SettingsError(f"no setting {name!r}; there are {', '.join(NAMES)}")
     index = index_of(name)
@@ -134,7 +134,7 @@ def connected(port: str) -> Iterator[BoardSettings]:
 
 
 def wait_for_board(link: BoardLink, health: Health, end_s: float) -> None:
-    """Wait until the board says how it is; SettingsError when it has not by `end_s` (monotonic)."""
+    """Wait until the board reports its state; SettingsError if not by `end_s` (monotonic)."""
     while link.state() is None:
         if time.monotonic() > end_s:
             why = health.detail or "no answer"

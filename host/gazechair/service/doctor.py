@@ -180,7 +180,7 @@ def _existing(folder: Path) -> Path:
 
 
 def _unwritable(folder: Path) -> str:
-    """Why nothing can be written there, or "". Tried: permissions alone do not tell."""
+    """Why nothing can be written there, or "". Tried: permissions alone do not show it."""
     try:
         with tempfile.TemporaryFile(dir=_existing(folder)) as file:
             file.write(bytes(_TRIED))

@@ -152,19 +152,21 @@ def _read(folder: Path) -> configparser.ConfigParser:
     return found
 
 
-def _nmcli(*words: str) -> None:
+def _nmcli(*arguments: str) -> None:
     program = shutil.which("nmcli")
     if program is None:
         raise HotspotError("NetworkManager is not installed: apt install network-manager")
     try:
         done = subprocess.run(
-            [program, *words], capture_output=True, text=True, timeout=_LIMIT_S, check=False
+            [program, *arguments], capture_output=True, text=True, timeout=_LIMIT_S, check=False
         )
     except subprocess.TimeoutExpired:
-        raise HotspotError(f"nmcli {words[0]} did not answer within {_LIMIT_S:.0f} s") from None
+        raise HotspotError(f"nmcli {arguments[0]} did not answer within {_LIMIT_S:.0f} s") from None
     if done.returncode:
         lines = (done.stderr or done.stdout).strip().splitlines()
-        raise HotspotError(lines[0] if lines else f"nmcli {words[0]} failed ({done.returncode})")
+        raise HotspotError(
+            lines[0] if lines else f"nmcli {arguments[0]} failed ({done.returncode})"
+        )
 
 
 def _print(line: str) -> int:

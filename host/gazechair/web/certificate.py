@@ -114,8 +114,8 @@ class Certificate:
         except _DamagedError as error:
             log.error("%s", error)
             return False
-        words = ["verify", "-no_check_time", "-CAfile", _AUTHORITY, _CERTIFICATE]
-        signed = self._ask(words)
+        arguments = ["verify", "-no_check_time", "-CAfile", _AUTHORITY, _CERTIFICATE]
+        signed = self._ask(arguments)
         if signed is not None and signed.returncode != 0:
             log.error("%s: %s did not sign %s", self._folder, _AUTHORITY, _CERTIFICATE)
             return False
@@ -151,10 +151,10 @@ class Certificate:
             )
         return believed
 
-    def _ask(self, words: list[str]) -> subprocess.CompletedProcess[str] | None:
+    def _ask(self, arguments: list[str]) -> subprocess.CompletedProcess[str] | None:
         # None: no answer, which is no reason to replace a certificate that tablets trust.
         try:
-            return _openssl(self._folder, words)
+            return _openssl(self._folder, arguments)
         except CertificateError as error:
             log.warning("the certificate is not checked: %s", error)
             return None
@@ -184,11 +184,11 @@ def _make(folder: Path, names: Sequence[str], begin_s: float, trusted: bool) -> 
         alternatives = ",".join(_alternative(name) for name in names)
         (fresh / _SIGNING).write_text(_SIGNING_TEXT.format(names=alternatives))
         (fresh / _INDEX).touch()
-        for words in _steps(names[0], begin_s):
-            done = _openssl(fresh, words)
+        for arguments in _steps(names[0], begin_s):
+            done = _openssl(fresh, arguments)
             if done.returncode != 0:
                 last = (done.stderr.strip().splitlines() or ["?"])[-1]
-                raise CertificateError(f"openssl {words[0]} failed: {last}")
+                raise CertificateError(f"openssl {arguments[0]} failed: {last}")
         for path in fresh.iterdir():
             if path.name not in _FILES:
                 path.unlink()
@@ -265,10 +265,10 @@ def _alternative(name: str) -> str:
         return f"DNS:{name}"
 
 
-def _openssl(folder: Path, words: list[str]) -> subprocess.CompletedProcess[str]:
+def _openssl(folder: Path, arguments: list[str]) -> subprocess.CompletedProcess[str]:
     try:
         return subprocess.run(
-            ["openssl", *words],
+            ["openssl", *arguments],
             cwd=folder,
             capture_output=True,
             text=True,
@@ -280,4 +280,6 @@ def _openssl(folder: Path, words: list[str]) -> subprocess.CompletedProcess[str]
             "encryption needs the command openssl; install it (apt install openssl)"
         ) from None
     except subprocess.TimeoutExpired:
-        raise CertificateError(f"openssl {words[0]} did not end within {_LIMIT_S:.0f} s") from None
+        raise CertificateError(
+            f"openssl {arguments[0]} did not end within {_LIMIT_S:.0f} s"
+        ) from None

@@ -3,7 +3,7 @@
 A connection is new until it has become a socket of a paired device. A new one is always accepted:
 when too many are new, the oldest new one closes, from the same address first. So strangers cannot
 exhaust the connection limit before a driver connects. A request has 10 s, so that idle
-connections, half an encryption handshake or an endless header harm nobody.
+connections, half an encryption handshake or an endless header affect no other connection.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ _FILE_S = 60.0
 _FILE_PAUSE_S = 0.005
 _HANDSHAKE_S = 5.0
 _SEND_S = 5.0
-_HEAR_OUT_S = 0.2
-_HEAR_OUT_BYTES = 65_536
+_DRAIN_S = 0.2
+_DRAIN_BYTES = 65_536
 _ACCEPT_PAUSE_S = 0.1
 _TLS_HELLO = b"\x16"
 _LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -69,8 +69,8 @@ class Exchange:
 
     def _refuse(self, status: str, reason: str, detail: str) -> None:
         text = json.dumps({"reason": reason, "detail": detail})
-        _say_plainly(self._connection, status, text, "application/json")
-        self._hear_out()
+        _answer_plainly(self._connection, status, text, "application/json")
+        self._drain()
 
     def _read_head(self) -> tuple[bytes, bytes]:
         end_s = time.monotonic() + _REQUEST_S
@@ -119,7 +119,7 @@ class Exchange:
         environ[FILE] = receive
         self._answer(environ, head)
         if not received:
-            self._hear_out()
+            self._drain()
 
     def _read_file(self, rest: bytes, length: int) -> bytes:
         end_s = time.monotonic() + _FILE_S
@@ -171,13 +171,13 @@ class Exchange:
             environ[key if key.startswith("CONTENT_") else f"HTTP_{key}"] = value
         return environ
 
-    def _hear_out(self) -> None:
+    def _drain(self) -> None:
         # Closing with unread data would reset the connection, and the answer might be lost.
         with contextlib.suppress(OSError):
             self._connection.raw.shutdown(socket.SHUT_WR)
-            end_s = time.monotonic() + _HEAR_OUT_S
+            end_s = time.monotonic() + _DRAIN_S
             patience = Patience()
-            left = _HEAR_OUT_BYTES
+            left = _DRAIN_BYTES
             while left > 0 and (part := self._connection.receive(left, end_s - time.monotonic())):
                 left -= len(part)
                 patience.pause()
@@ -254,7 +254,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
             try:
                 Exchange(self, connection, client_address).run()
             finally:
-                connection.say_goodbye()
+                connection.send_close()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Starting a thread failed."""
@@ -266,7 +266,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         first = request.recv(1, socket.MSG_PEEK)
         if first not in (b"", _TLS_HELLO):
             line = "this page is encrypted: open it with https://"
-            _say_plainly(PlainConnection(request), "400 Bad Request", line)
+            _answer_plainly(PlainConnection(request), "400 Bad Request", line)
             return None
         assert self._context is not None
         connection = TlsSocket(request, self._context)
@@ -278,7 +278,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         return connection
 
 
-def _say_plainly(
+def _answer_plainly(
     connection: Connection, status: str, line: str, kind: str = "text/plain; charset=utf-8"
 ) -> None:
     """Answer a connection that has not reached the application."""

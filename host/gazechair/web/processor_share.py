@@ -96,5 +96,5 @@ class Shares:
 
 
 def write_off() -> None:
-    """Processor time of the calling thread since its last charge is charged to nobody."""
+    """Do not charge the calling thread's processor time since its last charge to any client."""
     _MINE.billed_s = time.thread_time()

@@ -76,7 +76,7 @@ class WebServer:
         self._folder = folder
         self._tls = uses_tls(config.web)
         insecure = not self._tls and not is_loopback(config.web.host)
-        self._control = ControlHub(parts.port, desk.knows, insecure)
+        self._control = ControlHub(parts.port, desk.is_paired, insecure)
         self._pictures = PictureHub(parts.pictures)
         self._server: Server | None = None
         self._thread: threading.Thread | None = None
@@ -199,7 +199,7 @@ class WebServer:
         @sock.route(_PICTURE)  # type: ignore[untyped-decorator]
         def picture_socket(library: Any) -> None:
             device = _settle("picture")
-            if self._desk.knows(device.id):
+            if self._desk.is_paired(device.id):
                 self._pictures.serve(WebSocket(library), _peer(), device)
 
         return app

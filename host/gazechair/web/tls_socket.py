@@ -88,7 +88,7 @@ class TlsSocket:
                 out = self._unsent.read()
             self.raw.sendall(out)
 
-    def say_goodbye(self) -> None:
+    def send_close(self) -> None:
         """Signal the other side that nothing more will be sent."""
         with contextlib.suppress(OSError):
             with self._lock, contextlib.suppress(ssl.SSLWantReadError):

@@ -28,7 +28,7 @@ from gazechair.web.connection import Connection, cut
 
 MOST_MESSAGE = 1024
 """Characters, or bytes of a binary one. Above this a socket is closed; a control message above 256
-bytes is refused in words first."""
+bytes is refused with a message first."""
 ARRIVALS_PER_S = 1000
 """Of one device's sockets together: frames and reads of the connection."""
 _COST_OF_OPENING = 50
@@ -172,7 +172,7 @@ class Line:
         """For the library; the server closes the connection."""
 
 
-class HeldReader:
+class NoReaderThread:
     """The library's receiving thread, disabled: the receiver reads on its own thread."""
 
     name = "web-socket-read"
@@ -184,7 +184,7 @@ class HeldReader:
         """Does nothing."""
 
 
-LIBRARY_OPTIONS = {"max_message_size": MOST_MESSAGE, "thread_class": HeldReader}
+LIBRARY_OPTIONS = {"max_message_size": MOST_MESSAGE, "thread_class": NoReaderThread}
 
 
 class _Counting:
@@ -246,13 +246,13 @@ class WebSocket:
 
     def send(self, data: str | bytes) -> None:
         """Send a message whole, after what another thread is sending. Raises OSError."""
-        self._say(lambda: self._library.send(data))
+        self._through(lambda: self._library.send(data))
 
     def close(self, code: int = CLOSE_NORMAL, why: str = "") -> None:
         """Send the reason, and end. Raises OSError when it can no longer be sent."""
         with self._line.sending:
             try:
-                self._say(lambda: self._library.close(code, why))
+                self._through(lambda: self._library.close(code, why))
             finally:
                 self._line.ended = self._line.ended or why or "closed"
 
@@ -260,7 +260,7 @@ class WebSocket:
         """Cut the connection now: threads that block on it, sending or receiving, wake up."""
         cut(self._line.connection)
 
-    def _say(self, act: Callable[[], None]) -> None:
+    def _through(self, act: Callable[[], None]) -> None:
         # Under the lock from the start: the engine's state and the data sent keep one order.
         with self._line.sending:
             if self._line.ended:

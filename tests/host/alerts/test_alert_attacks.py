@@ -343,7 +343,7 @@ def test_a_broker_that_accepts_and_never_answers_holds_up_nobody() -> None:
         url = f"mqtt://127.0.0.1:{server.getsockname()[1]}"
         began_s = time.monotonic()
         for now_s in range(600):
-            broker.tell(url, "x", {"help": "ON" if now_s % 2 else "OFF"}, now_s)
+            broker.update(url, "x", {"help": "ON" if now_s % 2 else "OFF"}, now_s)
             broker.tick(now_s)
         assert time.monotonic() - began_s < PATIENCE_S / 2
         assert broker.problem == "not connected yet"

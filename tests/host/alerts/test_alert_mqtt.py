@@ -108,12 +108,12 @@ def test_the_process_announces_tells_and_its_end_is_told_by_the_broker(
     sender.start()
     try:
         url = f"mqtt://chair:hush-hush@127.0.0.1:{port}"
-        sender.tell_broker(url, "thuis", QUIET)
+        sender.update_broker(url, "thuis", QUIET)
         listener.wait("gazechair/thuis/availability", "online")
         listener.wait("gazechair/thuis/state", json.dumps(QUIET))
         for topic, entity in discovery("thuis", battery=False).items():
             listener.wait(topic, json.dumps(entity))
-        sender.tell_broker(url, "thuis", CALL)
+        sender.update_broker(url, "thuis", CALL)
         listener.wait("gazechair/thuis/state", json.dumps(CALL))
         wait_until(lambda: health.state == OK)
     finally:
@@ -134,7 +134,7 @@ def test_two_chairs_whose_computers_have_the_same_name_speak_for_themselves(
         for state in (QUIET, CALL, QUIET):  # the first one calls meanwhile
             for node, broker in zip(nodes, brokers, strict=True):
                 message = CALL if broker is brokers[0] else state
-                broker.tell(f"mqtt://chair:hush-hush@127.0.0.1:{port}", node, message, 0.0)
+                broker.update(f"mqtt://chair:hush-hush@127.0.0.1:{port}", node, message, 0.0)
                 wait_until(lambda one=broker: one._connected)
                 broker.tick(0.0)
                 listener.wait(f"gazechair/{node}/state", json.dumps(message))
@@ -159,13 +159,13 @@ def test_an_offline_that_was_left_at_the_broker_does_not_hide_a_call(
     broker, topic = Broker(), "gazechair/hal/availability"
     url = f"mqtt://chair:hush-hush@127.0.0.1:{port}"
     try:
-        broker.tell(url, "hal", QUIET, 0.0)
+        broker.update(url, "hal", QUIET, 0.0)
         wait_until(lambda: broker._connected)
         broker.tick(0.0)
         listener.wait(topic, "online")
         broker._client.publish(topic, "offline", qos=1, retain=True)
         listener.wait(topic, "offline")
-        broker.tell(url, "hal", CALL, 1.0)
+        broker.update(url, "hal", CALL, 1.0)
         broker.tick(1.0)
         listener.wait(topic, "online")
     finally:
@@ -179,7 +179,7 @@ def test_a_wrong_password_or_no_broker_is_a_reason_without_the_secret(port: int)
         sender = Sender(health, lambda *_: None)
         sender.start()
         try:
-            sender.tell_broker(f"mqtt://{address}", "x", QUIET)
+            sender.update_broker(f"mqtt://{address}", "x", QUIET)
             wait_until(lambda part=health: part.state == DEGRADED and "yet" not in part.detail)
             assert health.detail.startswith("MQTT: ")
             assert "wrong-one" not in health.detail
@@ -199,7 +199,7 @@ def found(tmp_path: Path, address: str) -> Finding:
 def test_the_doctor_asks_the_broker_beside_a_host_that_runs(port: int, tmp_path: Path) -> None:
     broker = Broker()
     url = f"chair:hush-hush@127.0.0.1:{port}"
-    broker.tell(f"mqtt://{url}", "x", QUIET, 0.0)
+    broker.update(f"mqtt://{url}", "x", QUIET, 0.0)
     wait_until(lambda: broker._connected)
     assert found(tmp_path, url) == Finding(doctor.OK, "mqtt", "the broker answers")
     assert broker._connected
@@ -265,7 +265,7 @@ def test_the_doctor_tells_a_certificate_that_is_not_trusted(encrypted: str) -> N
 
 def test_the_host_tells_a_certificate_that_is_not_trusted(encrypted: str) -> None:
     broker = Broker()
-    broker.tell(encrypted, "x", QUIET, 0.0)
+    broker.update(encrypted, "x", QUIET, 0.0)
     wait_until(lambda: broker.problem.replace("self signed", "self-signed") == UNTRUSTED)
     broker._client.disconnect()
     broker._client.loop_stop()
@@ -285,7 +285,7 @@ def test_a_broker_that_closes_before_it_answers_is_told_at_once(
 def test_the_host_tells_a_broker_that_closes_before_it_answers() -> None:
     broker = Broker()
     with serving(lambda connection: connection.recv(1000)) as port:
-        broker.tell(f"mqtt://127.0.0.1:{port}", "x", QUIET, 0.0)
+        broker.update(f"mqtt://127.0.0.1:{port}", "x", QUIET, 0.0)
         wait_until(lambda: broker.problem.startswith("the broker is gone"))
     broker._client.disconnect()
     broker._client.loop_stop()
@@ -310,7 +310,7 @@ class Paper:
 def test_a_heartbeat_each_half_minute_while_the_host_lives() -> None:
     broker, paper = Broker(), Paper()
     broker._client = paper
-    broker.tell("", "", QUIET, 100.0)
+    broker.update("", "", QUIET, 100.0)
     broker.tick(100.0)
     assert paper.message == []
     broker._connected = True
@@ -318,16 +318,16 @@ def test_a_heartbeat_each_half_minute_while_the_host_lives() -> None:
     online, state = ("availability", "online"), ("state", json.dumps(QUIET))
     assert paper.take() == [online, state]
     for now_s in range(101, 100 + 2 * int(HEARTBEAT_S) + 1):
-        broker.tell("", "", QUIET, now_s)
+        broker.update("", "", QUIET, now_s)
         broker.tick(now_s)
     assert paper.take() == [online, state, online, state]
-    broker.tell("", "", CALL, 161.0)
+    broker.update("", "", CALL, 161.0)
     broker.tick(161.0)
     assert paper.take() == [online, ("state", json.dumps(CALL))]
     for now_s in range(162, 300):
         broker.tick(now_s)  # the host hangs
     assert paper.take() == [("availability", "offline")]
-    broker.tell("", "", CALL, 300.0)
+    broker.update("", "", CALL, 300.0)
     broker.tick(300.0)
     assert paper.take() == [online, ("state", json.dumps(CALL))]
     assert HOST_SILENT_S < HEARTBEAT_S < EXPIRES_S / 2
@@ -338,7 +338,7 @@ def test_without_the_package_the_reason_says_what_to_install(
 ) -> None:
     monkeypatch.setattr(mqtt, "find_spec", lambda _: None)
     broker = Broker()
-    broker.tell("mqtt://x", "x", QUIET, 0.0)
+    broker.update("mqtt://x", "x", QUIET, 0.0)
     broker.tick(0.0)
     assert broker.problem == mqtt.MISSING
 
@@ -346,7 +346,7 @@ def test_without_the_package_the_reason_says_what_to_install(
 @pytest.mark.parametrize("rest", ["chair:hu[sh@host", "chair:hush", "chair:hush\uff0fhush@host"])
 def test_an_address_that_does_not_split_is_a_problem_without_its_password(rest: str) -> None:
     broker = Broker()
-    broker.tell(f"mqtt://{rest}", "x", QUIET, 0.0)
+    broker.update(f"mqtt://{rest}", "x", QUIET, 0.0)
     broker.tick(0.0)
     assert broker.problem == mqtt.NO_ADDRESS
 

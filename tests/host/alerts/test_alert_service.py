@@ -291,7 +291,7 @@ def test_the_broker_is_told_what_changes_and_again_each_few_seconds(
     alerts.watch(rig.control)
     reported: list[tuple[float, dict[str, str]]] = []
     assert alerts._sender is not None
-    alerts._sender.tell_broker = (  # type: ignore[method-assign]
+    alerts._sender.update_broker = (  # type: ignore[method-assign]
         lambda url, node, state: reported.append((round(rig.now_s - 10.0, 1), state))
     )
     rig.alerts = alerts

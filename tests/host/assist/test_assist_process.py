@@ -83,7 +83,7 @@ def test_its_process_starts_when_wanted_advises_and_a_killed_one_changes_nothing
     wait_until(chair.feed, "it knows its surroundings")
     assert chair.health.now().state == "ok"
 
-    wait_until(lambda: held(chair, 2), "its advice")
+    wait_until(lambda: is_active(chair, 2), "its advice")
     pid = service.pid
     assert pid is not None
     os.kill(pid, signal.SIGKILL)
@@ -95,7 +95,7 @@ def test_its_process_starts_when_wanted_advises_and_a_killed_one_changes_nothing
     assert service.steer(forward, time.monotonic()) is forward
 
 
-def held(chair: Chair, edge: int) -> bool:
+def is_active(chair: Chair, edge: int) -> bool:
     """Hold Vooruit for 0.1 s; True if advice has arrived."""
     for second in (False, True):
         now_s = time.monotonic()
@@ -113,7 +113,9 @@ def advisor(**message: object) -> Advisor:
     argument = {"lidars": [vars(LIDAR)], "footprint": vars(FootprintConfig())}
     made = Advisor(json.loads(json.dumps(argument)))
     clearance = Clearance(0, codes.SIMULATED, 10.0)
-    made.hear(pack(Message(**{"on": True, "zone": ZONE, "clearance": clearance, **message})))  # type: ignore[arg-type]
+    made.take_message(
+        pack(Message(**{"on": True, "zone": ZONE, "clearance": clearance, **message}))
+    )  # type: ignore[arg-type]
     for at_s, second in ((9.9, False), (9.95, True), (10.0, False)):
         made.take(inbox.pack_motion(Motion(at_s, 90.0, 0, 0)), at_s)
         made.take(half_turn(at_s, second), at_s)
@@ -121,21 +123,21 @@ def advisor(**message: object) -> Advisor:
 
 
 def test_it_advises_the_held_press_and_knows_when_nothing_is_held() -> None:
-    assert advisor().say(10.0) == [True, 0, 0, 0, False, False, 10.0]
-    assert advisor(press=9).say(10.0) == [True, 9, 1000, 0, False, False, 10.0]
-    assert advisor(turns=1).say(10.0) == [True, 0, 0, 0, False, False, 10.0]
+    assert advisor().report(10.0) == [True, 0, 0, 0, False, False, 10.0]
+    assert advisor(press=9).report(10.0) == [True, 9, 1000, 0, False, False, 10.0]
+    assert advisor(turns=1).report(10.0) == [True, 0, 0, 0, False, False, 10.0]
 
 
 def test_it_looks_at_nothing_while_nobody_wants_it() -> None:
-    assert advisor(on=False, press=9).say(10.0) == [False, 0, 0, 0, False, False, 10.0]
+    assert advisor(on=False, press=9).report(10.0) == [False, 0, 0, 0, False, False, 10.0]
 
 
 def test_a_lidar_lost_or_blind_or_a_message_without_clearance_is_no_advice() -> None:
     one = advisor(press=9)
-    assert one.say(10.3)[:2] == [False, 0]  # no newer data has arrived
+    assert one.report(10.3)[:2] == [False, 0]  # no newer data has arrived
     blind = Clearance(1 << codes.DIR_FORWARD, codes.SIMULATED, 10.0)
-    assert advisor(press=9, clearance=blind).say(10.0)[:2] == [False, 0]
-    assert advisor(press=9, clearance=None).say(10.0)[:2] == [False, 0]
+    assert advisor(press=9, clearance=blind).report(10.0)[:2] == [False, 0]
+    assert advisor(press=9, clearance=None).report(10.0)[:2] == [False, 0]
 
 
 def moved(one: Advisor, headings_deg: list[float | None], at_s: float) -> None:
@@ -148,7 +150,7 @@ def moved(one: Advisor, headings_deg: list[float | None], at_s: float) -> None:
 
 def pressed(one: Advisor, press: int, at_s: float) -> None:
     clearance = Clearance(0, codes.SIMULATED, at_s, forward_mm=700)
-    one.hear(pack(Message(True, press, 0, ZONE, clearance)))
+    one.take_message(pack(Message(True, press, 0, ZONE, clearance)))
 
 
 BEFORE = [359.0, 359.5, 0.5, 1.0]
@@ -161,12 +163,12 @@ def test_after_a_heading_was_lost_the_press_turns_no_more_and_the_next_one_does_
     one = advisor()
     moved(one, BEFORE[:3], 10.0)
     pressed(one, 9, 10.1)
-    assert one.say(10.1)[:3] == [True, 9, 1000]
+    assert one.report(10.1)[:3] == [True, 9, 1000]
     moved(one, [1.0, None, *AFTER], 10.15)
     # The board ends this press at the first turn; straight on it goes on.
-    assert one.say(10.4) == [True, 0, 0, 0, False, False, 10.4]
+    assert one.report(10.4) == [True, 0, 0, 0, False, False, 10.4]
     pressed(one, 10, 10.4)
-    assert one.say(10.4)[1:4] == [10, 1000, 0]
+    assert one.report(10.4)[1:4] == [10, 1000, 0]
 
 
 def test_a_press_that_began_without_a_heading_turns_no_more_either() -> None:
@@ -174,7 +176,7 @@ def test_a_press_that_began_without_a_heading_turns_no_more_either() -> None:
     moved(one, [None], 10.05)
     pressed(one, 9, 10.06)
     moved(one, AFTER, 10.1)
-    assert one.say(10.25) == [True, 0, 0, 0, False, False, 10.25]
+    assert one.report(10.25) == [True, 0, 0, 0, False, False, 10.25]
 
 
 @pytest.mark.parametrize("between", [{"press": 10}, {"turns": 1}])
@@ -185,28 +187,28 @@ def test_the_number_of_a_press_that_had_lost_its_heading_serves_again(
     moved(one, [None, *AFTER], 10.05)
     pressed(one, 0, 10.25)  # not renewed for a moment: it may be the same press still
     pressed(one, 9, 10.25)
-    assert one.say(10.25)[:2] == [True, 0]
+    assert one.report(10.25)[:2] == [True, 0]
     clearance = Clearance(0, codes.SIMULATED, 10.25, forward_mm=700)
-    one.hear(pack(Message(on=True, zone=ZONE, clearance=clearance, **between)))  # type: ignore[arg-type]
+    one.take_message(pack(Message(on=True, zone=ZONE, clearance=clearance, **between)))  # type: ignore[arg-type]
     pressed(one, 0, 10.25)
     pressed(one, 9, 10.25)  # 255 presses later
-    assert one.say(10.25)[1] == 9
+    assert one.report(10.25)[1] == 9
 
 
 def test_a_lost_heading_counts_however_late_it_is_read() -> None:
     one = advisor(press=9)
     one.take(inbox.pack_motion(Motion(9.0, None, 0, 0)), 10.0)
     moved(one, AFTER, 10.05)
-    assert one.say(10.2)[:2] == [True, 0]
+    assert one.report(10.2)[:2] == [True, 0]
 
 
 def test_foreign_messages_and_datagrams_change_nothing() -> None:
     one = advisor(press=9)
     for line in (b"", b"\xff" * 4000, b"[]", b'[true, 4, false, ["00"]]', b'{"on": false}'):
-        one.hear(line)
+        one.take_message(line)
     for datagram in (b"", b"S", b"\xff" * 60000, inbox.pack_motion(Motion(5.0, 0.0, 0, 0))):
         one.take(datagram, 10.0)
-    assert one.say(10.0) == [True, 9, 1000, 0, False, False, 10.0]
+    assert one.report(10.0) == [True, 9, 1000, 0, False, False, 10.0]
 
 
 NONSENSE = [b"", b"\xff", b"null", b"[]", b"[1,2,3]", b'[true,"a",0,0,true,false,1.0]']
@@ -222,7 +224,7 @@ def test_a_record_of_nonsense_is_an_error_of_the_child(chair: Chair, record: byt
 
 def test_that_it_waits_for_what_may_be_a_person_reaches_the_page(chair: Chair) -> None:
     stopped = Clearance(0, codes.SIMULATED, 10.0, forward_mm=0)
-    results = advisor(press=9, clearance=stopped).say(10.0)
+    results = advisor(press=9, clearance=stopped).report(10.0)
     assert results == [True, 9, 0, 0, False, True, 10.0]
     now_s = time.monotonic()
     chair.service._on_data(json.dumps([*results[:-1], now_s]).encode())

@@ -20,7 +20,7 @@ def held(edge=7, verb=codes.FORWARD, mode=codes.CONTINUOUS, owner=codes.DRIVER, 
 
 def working(press=7, born_s=NOW_S):
     steering = Steering()
-    steering.knows_s = NOW_S
+    steering.ready_s = NOW_S
     steering.advised = Advised(press, 400, 200, True, born_s)
     return steering
 
@@ -59,10 +59,10 @@ def test_off_or_not_seeing_it_is_no_other_command():
     command = held()
     assert working().steer(command, False, NOW_S) is command
     blind = working()
-    blind.knows_s = NOW_S - 1.0
+    blind.ready_s = NOW_S - 1.0
     assert blind.steer(command, True, NOW_S) is command
     # It keeps its verb, although assist works again.
-    blind.knows_s = NOW_S
+    blind.ready_s = NOW_S
     assert blind.steer(command, True, NOW_S) is command
 
 
@@ -111,7 +111,7 @@ def test_whatever_is_advised_and_pressed_stays_within_what_the_driver_asks():
             press = chance.choice((edge, edge - 1, 0))
             steering.advised = Advised(press, *wild, True, now_s - chance.uniform(-1, 1))
         if chance.random() < 0.3:
-            steering.knows_s = now_s - chance.uniform(-1, 2)
+            steering.ready_s = now_s - chance.uniform(-1, 2)
         ttl_s = now_s + chance.uniform(-0.1, 0.3)
         command = Command(verb, codes.CONTINUOUS, edge, codes.DRIVER, ttl_s)
         sent = steering.steer(command, chance.random() < 0.9, now_s)

@@ -118,9 +118,9 @@ def test_a_child_that_listens_is_told_the_newest_word_and_so_is_its_successor(
     watch: Callable[..., Watched],
 ) -> None:
     child = watch(HEARING, listens=True)
-    child.supervisor.tell(b"one")
+    child.supervisor.send(b"one")
     child.wait(lambda: child.data[-1:] == [b"one\n"])
-    child.supervisor.tell(b"two")
+    child.supervisor.send(b"two")
     child.wait(lambda: child.data[-1] == b"two\n")
     pid = child.supervisor.pid
     assert pid is not None
@@ -136,7 +136,7 @@ def test_nobody_waits_for_a_child_that_does_not_listen_and_nothing_piles_up(
     deaf = watch("while True: out.data(b'value'); time.sleep(0.001)", listens=True)
     deaf.wait(lambda: len(deaf.data) > 3)
     for number in range(300):  # 900 kB, the pipe holds 64
-        deaf.supervisor.tell(b"%03d" % number * 1000)
+        deaf.supervisor.send(b"%03d" % number * 1000)
         received = len(deaf.data)
         deaf.wait(lambda received=received: len(deaf.data) > received)
     assert deaf.supervisor.restarts == 0

@@ -12,13 +12,13 @@ from gazechair.base.throttled_log import ThrottledLog
 
 def test_a_flood_is_a_few_lines_and_a_number(caplog: pytest.LogCaptureFixture) -> None:
     now_s = 0.0
-    complaints = ThrottledLog(logging.getLogger("door"), lambda: now_s)
+    throttled = ThrottledLog(logging.getLogger("door"), lambda: now_s)
     with caplog.at_level(logging.WARNING):
         for _ in range(10_000):
-            complaints.warn("refused %s", "192.0.2.1")
+            throttled.warn("refused %s", "192.0.2.1")
         assert len(caplog.messages) == 20
         now_s = 5.0
-        complaints.warn("refused %s", "192.0.2.2")
+        throttled.warn("refused %s", "192.0.2.2")
     assert caplog.messages[-1] == "refused 192.0.2.2 (and 9980 more before)"
     assert len(caplog.messages) == 21
 

@@ -40,7 +40,7 @@ def test_what_was_found_is_there_after_a_restart(tmp_path: Path) -> None:
 def test_a_mask_belongs_to_the_lidar_as_it_was_fitted(other: LidarConfig) -> None:
     record = Record(None)
     record.keep("mask", MASK)
-    assert not record.knows(other)
+    assert not record.has_mask_of(other)
     assert record.masked((other,)) == (other,)
 
 
@@ -94,7 +94,7 @@ def test_a_mask_that_no_configuration_may_have_does_not_count(mask: object) -> N
     record = Record(None)
     record.keep("mask", {"front": {"fitted": fitted_as(LIDAR), "mask": mask}})
     assert record.masked((LIDAR,)) == (LIDAR,)
-    assert not record.knows(LIDAR)
+    assert not record.has_mask_of(LIDAR)
 
 
 @pytest.mark.parametrize(

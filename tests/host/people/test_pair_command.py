@@ -69,7 +69,7 @@ def test_without_a_daemon_it_lists_and_revokes_but_makes_no_code(
     assert pair(config, "--list") == 0
     assert "kitchen" in capsys.readouterr().out
     assert pair(config, "--revoke", paired.device.id) == 0
-    assert not again(tmp_path / "state").knows(paired.device.id)
+    assert not again(tmp_path / "state").is_paired(paired.device.id)
 
 
 def test_a_daemon_that_cannot_be_asked_keeps_its_devices_and_that_is_said(
@@ -95,12 +95,12 @@ def test_a_daemon_that_cannot_be_asked_keeps_its_devices_and_that_is_said(
     assert f"{paired.device.id} is still paired: a gazechair run has the state folder" in error
     assert "answers at" in error
     assert error.count("\n") == 1
-    assert again(state).knows(paired.device.id)
+    assert again(state).is_paired(paired.device.id)
     assert desk.who(paired.token) is not None
     door.stop()
     assert pair(config, "--revoke", paired.device.id) == 0
     assert "sent away" not in capsys.readouterr().out
-    assert not again(state).knows(paired.device.id)
+    assert not again(state).is_paired(paired.device.id)
 
 
 def test_a_state_folder_of_another_user_is_said(
@@ -114,7 +114,7 @@ def test_a_state_folder_of_another_user_is_said(
     monkeypatch.setattr(os, "open", refused)
     assert pair(config, "--revoke", paired.device.id) == 2
     assert "run this as the user of gazechair run" in capsys.readouterr().err
-    assert desk.knows(paired.device.id)
+    assert desk.is_paired(paired.device.id)
 
 
 @pytest.mark.parametrize("running", [True, False])

@@ -181,10 +181,10 @@ def test_a_revoked_device_is_nobody_for_good(desk: Any, again: Any, tmp_path: Pa
     paired = desk.join()
     reported: list[str] = []
     desk.on_revoke(reported.append)
-    assert desk.knows(paired.device.id)
+    assert desk.is_paired(paired.device.id)
     assert desk.revoke(paired.device.id)
     assert reported == [paired.device.id]
-    assert not desk.knows(paired.device.id)
+    assert not desk.is_paired(paired.device.id)
     assert desk.who(paired.token) is None
     assert again(tmp_path / "state").who(paired.token) is None
     assert not desk.revoke(paired.device.id)
@@ -247,7 +247,7 @@ def test_wrong_types_in_a_line_count_for_nothing(desk: Any, again: Any, tmp_path
     good = json.loads(path.read_text())
     for change in ({"role": "king"}, {"created": "now"}, {"digest": 5}, {"more": 1}):
         path.write_text(json.dumps({**good, **change}) + "\n")
-        assert not again(tmp_path / "state").knows(device.id)
+        assert not again(tmp_path / "state").is_paired(device.id)
 
 
 def test_a_disk_that_takes_nothing_pairs_nobody_and_keeps_nobody_out(

@@ -233,7 +233,7 @@ def test_a_disk_that_hangs_keeps_no_known_device_out(
     desk.who(paired.token)
     thread = disk.during(desk.note_uses)
     assert desk.who(paired.token) == paired.device
-    assert desk.knows(paired.device.id)
+    assert desk.is_paired(paired.device.id)
     assert desk.devices()[0].last_used > paired.device.last_used
     assert desk.new_code("viewer")
     disk.gate.set()

@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from gazechair.picture.camera.mjpeg import MAX_JPEG
-from gazechair.picture.newest import PictureReader, PictureSlot, Shot
+from gazechair.picture.newest import LatestPicture, PictureReader, Shot
 
 
 def picture(number: int, size: int = 30_000) -> bytes:
@@ -16,7 +16,7 @@ def picture(number: int, size: int = 30_000) -> bytes:
 
 
 def test_the_newest_alone_once_and_with_its_time() -> None:
-    slot = PictureSlot()
+    slot = LatestPicture()
     reader, late = PictureReader(slot.fd), PictureReader(slot.fd)
     assert reader.take() is None
     for number in range(1, 6):
@@ -28,7 +28,7 @@ def test_the_newest_alone_once_and_with_its_time() -> None:
 
 
 def test_too_large_is_none_and_the_one_before_stays() -> None:
-    slot = PictureSlot()
+    slot = LatestPicture()
     reader = PictureReader(slot.fd)
     slot.put(picture(1), 1.0)
     slot.put(bytes(MAX_JPEG + 1), 2.0)
@@ -38,13 +38,13 @@ def test_too_large_is_none_and_the_one_before_stays() -> None:
 
 
 def test_who_reads_cannot_write() -> None:
-    slot = PictureSlot()
+    slot = LatestPicture()
     with pytest.raises(OSError, match="Bad file descriptor"):
         os.pwrite(slot.fd, b"x", 0)
 
 
 def test_no_picture_is_ever_half_another_one() -> None:
-    slot = PictureSlot()
+    slot = LatestPicture()
     done = threading.Event()
 
     def write() -> None:

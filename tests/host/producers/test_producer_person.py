@@ -165,7 +165,7 @@ class _Pressed:
             for late_s in (0.04, 0.02, 0.0):
                 self._runner.received(Motion(chair.now_s - late_s, None, 0, 0), chair.now_s)
             more = {"target": {}, "settings": _SETTINGS, "may_reverse": True, "cap_permille": 1000}
-            self._runner.word({"at_s": chair.now_s, "press": press, **more})
+            self._runner.on_message({"at_s": chair.now_s, "press": press, **more})
             self._runner.tick(chair.now_s)
 
 

@@ -64,6 +64,6 @@ def test_plans_that_move_nothing_do_not_make_it_last_for_ever(moves: bool, ends:
 def test_the_speed_cap_reaches_the_mission() -> None:
     ride = Ride(ThreadPoolExecutor(1))
     mission: Any = Tries(False)
-    ride.hear(Sensed(cap_permille=321))
+    ride.take_in(Sensed(cap_permille=321))
     ride.step(mission, GOAL, (0.0, 0.0, 0.0), Estimate(0.0, *(0.0,) * 10, 1.0, (), 1), 0.0)
     assert mission.cap_permille == 321

@@ -80,7 +80,7 @@ class _Rig:
             tick_s = self.now_s
             self._slow.work()
             words = {"target": {}, "settings": {}, "may_reverse": True, "cap_permille": 1000}
-            self.runner.word({"at_s": tick_s, "press": self.press, **words})
+            self.runner.on_message({"at_s": tick_s, "press": self.press, **words})
             self.runner.tick(tick_s)
             self.now_s = max(self.now_s, tick_s + gap_s)
 

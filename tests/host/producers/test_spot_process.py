@@ -18,7 +18,7 @@ from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
-from gazechair.picture.newest import PictureSlot
+from gazechair.picture.newest import LatestPicture
 from gazechair.producers.service import child_setup
 from gazechair.producers.spot_service import SpotService
 from gazechair.producers.tiles import spots
@@ -50,7 +50,7 @@ class Chair:
     def __init__(self, folder: Path) -> None:
         store = FloorStore(folder)
         store.keep(Calibration(CAMERA, 0.01, 0.01))
-        self.slot, self.port = PictureSlot(), Port()
+        self.slot, self.port = LatestPicture(), Port()
         self.jpeg = FloorView(EYE, Floor(lines=[TAPE]), 3).jpeg(0.0, 0.0, 0.0)
         setup = child_setup(FootprintConfig(), folder / "maps", folder)
         lidars = (LidarConfig(kind="s2", port="/nowhere"),)

@@ -22,7 +22,7 @@ from gazechair.sensing.clearance.reach import LidarReach
 from gazechair.sensing.clearance.standing import Approach
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.blind import BLIND, SEEN
-from gazechair.sensing.lidar.child import hear
+from gazechair.sensing.lidar.child import read_zones
 from gazechair.sensing.lidar.scan import ChairView
 from gazechair.sensing.lidar.zone_message import pack, unpack
 from gazelink import codes, zone
@@ -182,9 +182,11 @@ def test_the_child_understands_what_the_daemon_says() -> None:
 
 def test_the_child_hears_until_its_parent_is_gone() -> None:
     evaluator = Evaluator(Footprint(), [ORIGIN])
-    hear(io.BytesIO(pack(reported_zone(weak())) + b"\n" + pack(reported_zone()) + b"\n"), evaluator)
+    read_zones(
+        io.BytesIO(pack(reported_zone(weak())) + b"\n" + pack(reported_zone()) + b"\n"), evaluator
+    )
     assert (evaluator.zone.far == zone_of().far).all()
-    hear(io.BytesIO(pack(NOT_KNOWN) + b"\n"), evaluator)
+    read_zones(io.BytesIO(pack(NOT_KNOWN) + b"\n"), evaluator)
     assert evaluator.zone.of(F) is None
 
 

@@ -160,7 +160,7 @@ def _one(
     mark = sim.do("wiper_log", since=0)["last"]
     _rest(driver, 0.5)
     start_s = time.monotonic()
-    while driver.page.evaluate("() => window.spy.said.length") == 0:
+    while driver.page.evaluate("() => window.spy.sent.length") == 0:
         _look(driver, "forward", _JITTER_S)
         if time.monotonic() - start_s > _WAIT_S:
             break
@@ -170,18 +170,18 @@ def _one(
     samples.event_delay += seen["late"]
     _ages(seen["drawn"], samples)
     offset_s = time.time() - time.monotonic()
-    said = [at / 1000 - offset_s for at in seen["said"]]
+    sent = [at / 1000 - offset_s for at in seen["sent"]]
     left = [at / 1000 - offset_s for at, name in seen["over"] if name == ""]
     entries = sim.do("wiper_log", since=mark)["entries"]
-    moved = floods.first(entries, said[0], moved=True) if said else None
+    moved = floods.first(entries, sent[0], moved=True) if sent else None
     left = [at for at in left if moved is not None and at > moved]
     stopped = floods.first(entries, left[0], moved=False) if left else None
     if moved is None or stopped is None:
         samples.missed += 1
-    elif probe.stalled(said[0], moved) or probe.stalled(left[0], stopped):
+    elif probe.stalled(sent[0], moved) or probe.stalled(left[0], stopped):
         samples.dropped += 1
     else:
-        samples.to_wipers.append(1000 * (moved - said[0]))
+        samples.to_wipers.append(1000 * (moved - sent[0]))
         samples.to_neutral.append(1000 * (stopped - left[0]) - grace_ms)
 
 

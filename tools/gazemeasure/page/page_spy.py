@@ -15,13 +15,13 @@ _CHANNEL = "gazemeasure"
 
 _PAGE = f"""(() => {{
   const now = () => performance.timeOrigin + performance.now();
-  const spy = window.spy = {{said: [], over: [], late: [], drawn: []}};
+  const spy = window.spy = {{sent: [], over: [], late: [], drawn: []}};
   const send = WebSocket.prototype.send;
   let edge = 0;
   WebSocket.prototype.send = function (data) {{
     if (typeof data === "string" && data.startsWith('{{"k":"cmd"')) {{
       const message = JSON.parse(data);
-      if (message.edge !== edge) spy.said.push(now());
+      if (message.edge !== edge) spy.sent.push(now());
       edge = message.edge;
     }}
     return send.call(this, data);
@@ -53,7 +53,7 @@ _DRAWING = f"""(() => {{
 # Returns the records and clears them.
 TAKE = """() => {
   const taken = {...window.spy};
-  Object.assign(window.spy, {said: [], over: [], late: [], drawn: []});
+  Object.assign(window.spy, {sent: [], over: [], late: [], drawn: []});
   return taken;
 }"""
 

@@ -61,7 +61,7 @@ class PairingDesk:
         self._clock = clock
         self._wall = wall
         self._lock = threading.Lock()
-        self._changing = threading.Lock()  # held while writing to disk; known devices do not wait
+        self._changing = threading.Lock()  # taken while writing to disk; known devices do not wait
         self._codes = OneTimeCodes()
         self._lockout = Lockout()
         self._seen: dict[str, int] = {}  # id -> last use, newer than on disk
@@ -137,7 +137,7 @@ class PairingDesk:
                     except StoreError as error:  # a full disk must not lock anybody out
                         throttled.warn("%s", error)
 
-    def knows(self, id: str) -> bool:
+    def is_paired(self, id: str) -> bool:
         """True until the device is revoked."""
         return any(device.id == id for device in self._store.all())
 

@@ -37,7 +37,7 @@ class Device:
     created: int
     last_used: int
     digest: str
-    """SHA-256 of its token. A slow hash would protect words that people choose; a token is 256
+    """SHA-256 of its token. A slow hash would protect passwords that people choose; a token is 256
     random bits, which no one finds by trying, however fast."""
 
 

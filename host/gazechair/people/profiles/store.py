@@ -38,7 +38,7 @@ class Profiles:
         self._file = None if folder is None else StateFile(folder / FILE_NAME, health)
         self._fields = dict(fields)
         self._lock = threading.Lock()
-        self._changing = threading.Lock()  # held while writing to disk; readers do not wait
+        self._changing = threading.Lock()  # taken while writing to disk; readers do not wait
         self._revision = secrets.randbelow(1 << 30)
         self._profiles: dict[str, Profile] = {}
         self._chosen = ""
@@ -141,7 +141,7 @@ class Profiles:
     def _created(self, name: Any) -> tuple[str, Profile]:
         if len(self._profiles) >= MOST_PROFILES:
             raise ProfileRefused("profile_full", f"there are {MOST_PROFILES}; delete one first")
-        # Nobody's before: a page that has not heard of a deletion must not change another's.
+        # Never used before: a page that missed a deletion must not change another profile.
         self._newest += 1
         id = str(self._newest)
         name = self._fields["name"].accept("name", name)

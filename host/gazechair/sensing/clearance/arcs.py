@@ -45,7 +45,7 @@ class ArcReach:
     """The tables of one footprint; `arc_reach` caches those for any point."""
 
     def __init__(self, footprint: Footprint, only_m: FloatArray | None = None) -> None:
-        """`only_m`: the points that will be asked for; None: any."""
+        """`only_m`: the points that will be requested; None: any."""
         self._footprint = footprint
         body = footprint.body
         self._turn_m = float(np.hypot(body[:, 0], body[:, 1]).max())
@@ -83,21 +83,21 @@ class ArcReach:
 
         A point within the bare outline (a hand, a bag) has only the clearances of single motions.
         """
-        rows, held = self._find(points_m)
+        rows, within = self._find(points_m)
         found = self._rows.take(rows, axis=0)
-        if len(held):
-            found[held] = _alone(contacts[held])
+        if len(within):
+            found[within] = _alone(contacts[within])
         return found
 
     def least(self, points_m: FloatArray, contacts: FloatArray, doubted: Ints = _NONE) -> Bytes:
         """(arcs.SIZE,): the minimum over all points but those at `doubted`."""
-        rows, held = self._find(points_m)
+        rows, within = self._find(points_m)
         if len(doubted):
             rows[doubted] = _FAR
-            held = np.setdiff1d(held, doubted) if len(held) else held
+            within = np.setdiff1d(within, doubted) if len(within) else within
         least = self._rows.take(_once(rows), axis=0).min(axis=0, initial=arcs.FAR)
-        if len(held):
-            least = np.minimum(least, _alone(contacts[held]).min(axis=0))
+        if len(within):
+            least = np.minimum(least, _alone(contacts[within]).min(axis=0))
         return np.asarray(least, dtype=np.uint8)
 
     def _find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
@@ -121,9 +121,9 @@ class ArcReach:
         rows[close] = _NO_WAY
         fits, cells = self._band.find(points_m[close].T)
         rows[close[fits]] = self._band_rows[cells]
-        held = close[inside(self._footprint.body, points_m[close])]
-        rows[held] = _FAR
-        return rows, held
+        within = close[inside(self._footprint.body, points_m[close])]
+        rows[within] = _FAR
+        return rows, within
 
     def _table(self, cells_m: FloatArray, cell_m: float, margins: Margins) -> Bytes:
         # A cell that the footprint reaches without any travel stays so: it is computed no further.

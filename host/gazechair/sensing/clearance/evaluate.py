@@ -45,8 +45,8 @@ class Evaluator:
         self._zone = UNKNOWN
         self.zone: StopZone = UNKNOWN
         """The stop zone; any thread may replace it, which counts from the next call on."""
-        self._held = [0.0] * len(_PLAY)
-        self._held_arcs: Bytes = np.zeros(arcs.SIZE, dtype=np.uint8)
+        self._steady = [0.0] * len(_PLAY)
+        self._steady_arcs: Bytes = np.zeros(arcs.SIZE, dtype=np.uint8)
 
     def __call__(self, views: tuple[ChairView, ...]) -> dict[str, Any]:
         """Fields of board_commands.Clearance: clearances, blocked and unseen bits; JSON values.
@@ -62,12 +62,12 @@ class Evaluator:
                 others = (*self._lidars[:at], *self._lidars[at + 1 :])
                 self._judged[at] = (view, self._lidars[at].update(view, others))
         least = [min(reach[way] for _, reach in self._judged) for way in range(len(_PLAY))]
-        self._held = [_held(*values) for values in zip(self._held, least, _PLAY, strict=True)]
-        forward_m, backward_m, left_deg, right_deg = self._held
+        self._steady = [_steady(*values) for values in zip(self._steady, least, _PLAY, strict=True)]
+        forward_m, backward_m, left_deg, right_deg = self._steady
         states = [view.states for view in views]
         blind, unseen, arc_views = self._view.judge(states)
         now = reduce(np.minimum, [lidar.arcs for lidar in self._lidars])
-        self._held_arcs = np.minimum(now, np.maximum(self._held_arcs, _LESS_PLAY.take(now)))
+        self._steady_arcs = np.minimum(now, np.maximum(self._steady_arcs, _LESS_PLAY.take(now)))
         return {
             "blocked": blind,
             "unseen": unseen,
@@ -76,7 +76,7 @@ class Evaluator:
             "left_q4_deg": _on_wire(16.0 * left_deg),
             "right_q4_deg": _on_wire(16.0 * right_deg),
             "arc_views": arc_views,
-            "arcs": self._held_arcs.tolist(),
+            "arcs": self._steady_arcs.tolist(),
         }
 
     def _use(self, zone: StopZone) -> None:
@@ -87,7 +87,7 @@ class Evaluator:
         self._judged = [(None, FREE)] * len(self._lidars)  # evaluate each view again
 
 
-def _held(before: float, now: float, play: float) -> float:
+def _steady(before: float, now: float, play: float) -> float:
     # A decrease counts at once, an increase less the play: noise has no effect.
     return now if now <= before else max(before, now - play)
 

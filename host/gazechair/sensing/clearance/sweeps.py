@@ -118,12 +118,12 @@ class Sweeps:
         points = _pick(points_m, chosen)
         nearer_m = np.full(len(points), _SEEN_M)
         close = self._boxed(points, 2.0 * _SEEN_M)  # all others are farther from the body
-        held = close[:0]
+        within = close[:0]
         if len(close):
             by = _pick(points, close)
             gap_m = np.maximum(distance_m(self._footprint.body, by) - _APART_M, 0.0)
             nearer_m[close] = np.minimum(gap_m, _SEEN_M)
-            held = close[inside(self._footprint.body, by)]
+            within = close[inside(self._footprint.body, by)]
         x, y = points[:, 0], points[:, 1] - np.sign(points[:, 1]) * nearer_m
         radius_m = 1.0 / BEND_PER_M
         aside = y - _BOTH * radius_m
@@ -131,7 +131,7 @@ class Sweeps:
         turns = _BOTH * (crossings - np.arctan2(aside, x))
         ways_m = radius_m * _least(turns, real)
         ways_m[ways_m > range_m] = np.inf
-        ways_m[held] = np.inf
+        ways_m[within] = np.inf
         found[chosen] = ways_m
         return found
 

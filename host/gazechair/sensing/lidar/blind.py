@@ -1,7 +1,7 @@
 """Is a direction without a return open space, or is the lidar blind there? Judged degree by degree.
 
 The S2 answers "nothing" for open space beyond its range (30 m; 16 m in the standard scan) and for a
-covered window alike. What tells them apart:
+covered window alike. They differ in this:
 
 - Open space lies between far things. A gap whose visible border is near is not open: the lidar is
   blind there (a cover, or something black or shining).

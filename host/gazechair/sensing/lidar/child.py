@@ -192,7 +192,7 @@ def _arcs(flags: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[tuple[int, int], 
     )
 
 
-def hear(lines: BinaryIO | RawIOBase, evaluator: Evaluator) -> None:
+def read_zones(lines: BinaryIO | RawIOBase, evaluator: Evaluator) -> None:
     """Take the board's stopping distances and times from the parent, until it ends."""
     while line := lines.readline(_LINE):
         evaluator.zone = zone_message.unpack(line)
@@ -225,8 +225,8 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
         evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
         pipeline.begin(evaluator)
         # Unbuffered: a thread waiting in stdin's own buffer at the process's end makes it crash.
-        words = FileIO(sys.stdin.fileno(), closefd=False)
-        ear = threading.Thread(target=hear, args=(words, evaluator), name="zone", daemon=True)
+        lines = FileIO(sys.stdin.fileno(), closefd=False)
+        ear = threading.Thread(target=read_zones, args=(lines, evaluator), name="zone", daemon=True)
         ear.start()
         gc.freeze()  # present objects stay: exclude them from collections
         while (name := pipeline.hanging()) is None:

@@ -68,7 +68,7 @@ class CapsuleDecoder:
         self._pending = b""
         self._at = 0  # place in the stream where the pending bytes begin
         self._searching = True
-        self._held: tuple[Rows, IntArray, bool] | None = None  # waits for the next start angle
+        self._waiting: tuple[Rows, IntArray, bool] | None = None  # waits for the next start angle
         self._misfits = 0
         self._spikes_left = _SPIKE_BUDGET
         self._believed = 0  # capsules evaluated so far
@@ -83,7 +83,7 @@ class CapsuleDecoder:
 
     def wants(self, turn_deg: float) -> int:
         """Bytes still needed for the nodes of the next `turn_deg`, if none is lost."""
-        # The held capsule is the first; the last one needs its successor, and a head after that.
+        # The waiting capsule is the first; the last one needs its successor, and a head after that.
         capsules = math.ceil(turn_deg / self.step_deg) if self.step_deg else 1
         return max(CAPSULE_SIZE, capsules * CAPSULE_SIZE + 2 - len(self._pending))
 
@@ -142,14 +142,14 @@ class CapsuleDecoder:
 
     def _believe(self, rows: Rows, places: IntArray, end: int) -> Nodes:
         fits_before = False
-        if self._held is not None:
-            held_row, held_place, fits_before = self._held
-            rows = np.concatenate((held_row, rows))
-            places = np.concatenate((held_place, places))
+        if self._waiting is not None:
+            waiting_row, waiting_place, fits_before = self._waiting
+            rows = np.concatenate((waiting_row, rows))
+            places = np.concatenate((waiting_place, places))
         words = rows.view("<u2")
         starts_deg = ((words[:, 1] & 0x7FFF) / 64.0) % 360.0
         step, trusted = self._steps(starts_deg, places, fits_before)
-        self._held = (rows[-1:], places[-1:], bool(trusted[-1]))
+        self._waiting = (rows[-1:], places[-1:], bool(trusted[-1]))
         distances_m = words[:, 2:] / 1000.0
         trusted = trusted[:-1]
         if len(trusted):

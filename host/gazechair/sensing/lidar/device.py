@@ -29,7 +29,7 @@ _MOTOR_RPM = 600
 _REPLY_S = 1.0
 _MAX_READ = 1 << 16
 
-# The library knows requests and replies by such a table; the dense scan takes a payload.
+# The library finds requests and replies by such a table; the dense scan takes a payload.
 _SCANS = {"standard": "normal", "dense": "dense"}
 rplidar._SCAN_TYPE["dense"] = {
     "byte": b"\x82\x05\x01\x00\x00\x00\x00\x23",

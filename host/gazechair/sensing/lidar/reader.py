@@ -95,18 +95,18 @@ class Reader:
                 else:
                     self._serve()
             except LidarError as error:
-                self._say(states.LOST, error.reason, str(error))
+                self._report(states.LOST, error.reason, str(error))
             except ScanFileError as error:
-                self._say(states.LOST, LOST, str(error))
+                self._report(states.LOST, LOST, str(error))
             except Exception as error:  # of a library: it must not end the thread for good
                 throttled.warn("lidar %s: an error", self.config.name, exc_info=True)
-                self._say(states.LOST, LOST, f"{type(error).__name__}: {error}")
+                self._report(states.LOST, LOST, f"{type(error).__name__}: {error}")
             if self._delivered:
                 pause_s = _RETRY_S[0]
             self._stopping.wait(pause_s)
             pause_s = min(pause_s * 2.0, _RETRY_S[1])
 
-    def _say(self, state: str, reason: str = "ok", detail: str = "") -> None:
+    def _report(self, state: str, reason: str = "ok", detail: str = "") -> None:
         """A lost lidar stays lost, with its explanation, until it delivers."""
         if state == states.STARTING and self.condition.state == states.LOST:
             return
@@ -116,16 +116,16 @@ class Reader:
         self._renewed()
 
     def _serve(self) -> None:
-        self._say(states.STARTING, STARTING, f"opening the lidar at {self.config.port}")
+        self._report(states.STARTING, STARTING, f"opening the lidar at {self.config.port}")
         port = find_port(self.config.port)
         device = S2(port)
         try:
             self.alive_s = time.monotonic()
-            self._say(states.STARTING, STARTING, f"lidar {device.serial.hex()}: motor starts")
+            self._report(states.STARTING, STARTING, f"lidar {device.serial.hex()}: motor starts")
             device.start(self.config.mode)
             if self.condition.reason == SILENT:
                 text = f"the lidar at {port} had stopped by itself; check its power supply"
-                self._say(states.LOST, POWER, text)
+                self._report(states.LOST, POWER, text)
             self._read(device, port)
         finally:
             self.stream = None
@@ -149,7 +149,7 @@ class Reader:
 
     def _replay(self) -> None:
         """Play the file at its own speed, in a loop."""
-        self._say(states.STARTING, STARTING, f"opening {self.config.file}")
+        self._report(states.STARTING, STARTING, f"opening {self.config.file}")
         file = ScanReader(Path(self.config.file))
         try:
             self.source = codes.REPLAYED
@@ -180,7 +180,7 @@ class Reader:
         if self.condition.state == states.OK:
             self._renewed()
         else:
-            self._say(states.OK)
+            self._report(states.OK)
 
     def _judge(
         self, frozen: bool, port: str, now_s: float, received_s: float | None, patience_s: float
@@ -197,7 +197,7 @@ class Reader:
             if now_s - received_s > _GIVE_UP_S:
                 raise LidarError(text, SILENT)
             if self.scan is not None:
-                self._say(states.LOST, SILENT, text)
+                self._report(states.LOST, SILENT, text)
 
 
 class Intake:

@@ -77,7 +77,7 @@ class LidarService(Supervised):
             on_facts=self._on_scan,
             fds=self._inbox_fds,
         )
-        self._supervisor.tell(self._zone)
+        self._supervisor.send(self._zone)
         self._supervisor.start()
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
@@ -90,7 +90,7 @@ class LidarService(Supervised):
         """The board's new stopping distances. From any thread, also before the start."""
         self._zone = zone_message.pack(zone)
         if self._supervisor is not None:
-            self._supervisor.tell(self._zone)
+            self._supervisor.send(self._zone)
 
     def describe(self) -> str:
         """What the lidars deliver now, in one line."""
@@ -106,18 +106,18 @@ class LidarService(Supervised):
         self.report = report
         found = report.evaluation
         if report.acquired_s is not None and report.source is not None and found is not None:
-            # Its time is the oldest measurement's: where one is late, others may tell news.
+            # Its time is the oldest measurement's: where one is late, others may have news.
             newest = Clearance(source=report.source, acquired_s=report.acquired_s, **found)
             if newest != self._published:
                 self._published = newest
                 self._publish(newest)
-        self._tell(report)
+        self._publish_health(report)
 
     def _on_scan(self, payload: bytes) -> None:
         if self._record is not None:
             self._record(*unpack(payload))
 
-    def _tell(self, report: Report) -> None:
+    def _publish_health(self, report: Report) -> None:
         lost = [one for one in report.lidars if one.state != states.OK]
         if lost:
             self._verdict.forget()

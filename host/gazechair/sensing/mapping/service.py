@@ -85,7 +85,7 @@ class MappingService(InboxService):
         )
         with self._lock:  # after renew: its child must end what the one before it began
             if self._word is not None and self._supervisor is not None:
-                self._supervisor.tell(self._word)
+                self._supervisor.send(self._word)
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
         """Restart the child process with other lidars."""
@@ -140,7 +140,7 @@ class MappingService(InboxService):
         self._wants = do
         self._word = json.dumps({"n": self._number, "do": do, **more}).encode()
         if self._supervisor is not None:
-            self._supervisor.tell(self._word)
+            self._supervisor.send(self._word)
 
     def _on_data(self, payload: bytes) -> None:
         fields = json.loads(payload)

@@ -29,7 +29,7 @@ Say = Callable[[str], None]
 def show(config: Config, say: Say) -> None:
     """Print the stored calibration."""
     known = _store(config).get()
-    say(_words(known) if known else "the camera is not calibrated: no line is followed by it")
+    say(_text_of(known) if known else "the camera is not calibrated: no line is followed by it")
 
 
 def take_picture(config: Config, path: Path, say: Say) -> None:
@@ -61,14 +61,14 @@ def store(config: Config, picture: Path, marks: Path, eye: ByEye, say: Say) -> N
         _store(config).keep(found)
     except OSError as error:
         raise CalibrateError(f"it was not stored ({error})") from None
-    say(f"stored: {_words(found)}")
+    say(f"stored: {_text_of(found)}")
 
 
 def _store(config: Config) -> FloorStore:
     return FloorStore(state_folder(config.web.state_folder))
 
 
-def _words(known: Calibration) -> str:
+def _text_of(known: Calibration) -> str:
     camera = known.camera
     return (
         f"pictures of {camera.width_px} x {camera.height_px}, camera {camera.height_m:.2f} m high, "

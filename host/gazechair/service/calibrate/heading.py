@@ -118,7 +118,7 @@ class HeadingCalibration:
             board.program(
                 f"import sys\nsys.path.insert(0, {FOLDER!r})\n"
                 f"from {PROGRAM} import run\nrun({BUS}, {ADDRESS}, {seconds})",
-                self._hear,
+                self._take_line,
             )
         except BaseException:
             with contextlib.suppress(FlashError):
@@ -130,7 +130,7 @@ class HeadingCalibration:
             self._before = board.read(STORED)
             board.remove(STORED)
 
-    def _hear(self, line: str) -> None:
+    def _take_line(self, line: str) -> None:
         try:
             result: dict[str, Any] = json.loads(line)
         except ValueError:

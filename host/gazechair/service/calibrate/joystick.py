@@ -55,7 +55,7 @@ class JoystickCalibration:
             lambda: contextlib.nullcontext(True)
         ),
     ) -> None:
-        """`storing`: nobody arms within it, see driving.storing; False: somebody drives."""
+        """`storing` prevents arming, see driving.storing; False: somebody drives."""
         self._board = board
         self._say = say
         self._read_line = read_line
@@ -77,7 +77,7 @@ class JoystickCalibration:
         self._counts = list(before)
         self._confirm_unplugged()
         saving = saved = False
-        # Nobody arms from the storing until what failed is set back.
+        # Arming is prevented from the storing until what failed is set back.
         with contextlib.ExitStack() as storing:
             try:
                 for channel in range(len(_CHANNELS)):
@@ -89,7 +89,7 @@ class JoystickCalibration:
                     raise CalibrateError("not saved; the counts are as before", "neutral_not_saved")
                 if not storing.enter_context(self._storing()):
                     raise CalibrateError(DRIVING, "board_armed")
-                # Straight before the save: whatever else was asked of the board meanwhile.
+                # Straight before the save: other requests may have changed the values meanwhile.
                 counts = _indexed(self._counts)
                 for index, count in counts.items():
                     self._set(index, count)
@@ -101,7 +101,7 @@ class JoystickCalibration:
                 raise
             finally:
                 if self._changed and not saved:
-                    # Counts that nobody has measured are not saved: they would count as calibrated.
+                    # Counts that were not measured are not saved: they would count as calibrated.
                     self._restore(before, saving and calibrated)
         self._say("saved; measure both pins against pin 3 once more before the DB9 is plugged in")
 

@@ -1,4 +1,4 @@
-"""Fits the camera's pose over the floor to marks on it; reports errors in words.
+"""Fits the camera's pose over the floor to marks on it; reports errors as text.
 
 Used by both the command and the caretaker's page.
 """

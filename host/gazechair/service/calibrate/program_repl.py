@@ -29,7 +29,7 @@ class ProgramRepl(Repl):
         """Run `code`; `on_line` gets each line. A KeyboardInterrupt here ends it there first."""
         line = bytearray()
 
-        def hear(data: bytes) -> None:
+        def take(data: bytes) -> None:
             for byte in data:
                 if byte == ord("\n"):
                     text = line.decode("utf-8", "replace").strip()
@@ -40,7 +40,7 @@ class ProgramRepl(Repl):
 
         with self._answering("run the calibration on"):
             try:
-                self._transport.exec(code, data_consumer=hear)
+                self._transport.exec(code, data_consumer=take)
             except KeyboardInterrupt:
                 # No Ctrl-C to the board: inside an I2C transfer that can corrupt its memory.
                 with contextlib.suppress(*self._errors):

@@ -43,10 +43,10 @@ class Compiler:
             self._run(f"-march={ARCHITECTURE}", "-s", name, "-o", str(out), str(source))
             return out.read_bytes()
 
-    def _run(self, *words: str) -> str:
+    def _run(self, *arguments: str) -> str:
         try:
             result = subprocess.run(
-                [self._program, *words],
+                [self._program, *arguments],
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
                 text=True,
@@ -56,7 +56,7 @@ class Compiler:
             raise FlashError(f"mpy-cross cannot be run: {error}") from None
         if result.returncode:
             last = (result.stderr.strip() or "it says nothing").splitlines()[-1]
-            raise FlashError(f"mpy-cross refuses {words[-1]}: {last}")
+            raise FlashError(f"mpy-cross refuses {arguments[-1]}: {last}")
         return result.stdout
 
 

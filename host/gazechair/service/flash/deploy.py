@@ -75,7 +75,7 @@ class Deployment:
         self._put(t.MAIN, self._tree.main)
 
     def roll_back(self) -> str:
-        """Back to the main.py before, if its firmware is still there; says what the board has now.
+        """Restore the main.py before, if its firmware is still there; returns what the board has.
 
         Without a main.py before, the board starts nothing afterwards.
         """

@@ -100,7 +100,7 @@ class Repl:
             raise
 
     # A firmware that is exiting may still swallow the first request; a slow board answers it late,
-    # in place of what is asked next.
+    # in place of the next answer.
     def _enter(self, refused: type[Exception]) -> None:
         for left in reversed(range(_TRIES)):
             try:

@@ -18,7 +18,7 @@ from gazelink import codes
 
 _POLL_S = 0.002
 _ARM_S = 3.0
-_LAST_WORDS_S = 0.25  # orders are repeated this long
+_FAREWELL_S = 0.25  # orders are repeated this long
 _SILENT_S = 0.5
 
 
@@ -82,7 +82,7 @@ class ArmedSession:
         finally:
             self._link.command(STOP_COMMAND)
             self._link.order(codes.DISARM, codes.CARETAKER)
-            self._wait(_LAST_WORDS_S)
+            self._wait(_FAREWELL_S)
 
     def _arm(self) -> None:
         state = self._state()
@@ -123,7 +123,7 @@ class ArmedSession:
         self._edge = self._edge % 255 + 1 if self._number is None else self._number()
         return self._edge
 
-    def _held(self, command: Command) -> Command:
+    def _renewed(self, command: Command) -> Command:
         return replace(command, ttl_deadline_s=self._clock() + self._ttl_s)
 
     def _state(self) -> BoardState:

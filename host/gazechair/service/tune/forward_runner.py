@@ -70,7 +70,7 @@ class ForwardRunner(ArmedSession):
         end_s = self._clock() + seconds
         while self._clock() < end_s:
             pressed = command is not STOP_COMMAND
-            self._link.command(self._held(command) if pressed else command)
+            self._link.command(self._renewed(command) if pressed else command)
             state = self._next()
             if state is not None:
                 self._note(state, pressed)

@@ -53,7 +53,7 @@ class ForwardStore:
         return numbers.step_ms(permille, ramp_ms, most_ms)
 
     def _look(self) -> None:
-        """Tell whether all of it can be used."""
+        """Report whether all of it can be used."""
         try:
             for row in self._rows().values():
                 _numbers(row)

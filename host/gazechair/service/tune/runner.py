@@ -34,20 +34,20 @@ class Runner(ArmedSession):
         return procedure.recordings
 
     def _follow(self, procedure: Procedure) -> None:
-        held: Pulse | None = None
+        active: Pulse | None = None
         command = STOP_COMMAND
         while not procedure.done:
             state = self._next()
             if state is not None:
                 procedure.sample(self._sample(state))
-            if procedure.wanted is not held:
-                held = procedure.wanted
-                command = STOP_COMMAND if held is None else self._press(held)
-                if held is not None:
-                    self._say(f"  {_words(held)}")
+            if procedure.wanted is not active:
+                active = procedure.wanted
+                command = STOP_COMMAND if active is None else self._press(active)
+                if active is not None:
+                    self._say(f"  {_text_of(active)}")
                     self._begins()
-            if held is not None:
-                command = self._held(command)
+            if active is not None:
+                command = self._renewed(command)
             self._link.command(command)
 
     def _press(self, pulse: Pulse) -> Command:
@@ -73,6 +73,6 @@ class Runner(ArmedSession):
         return Sample(self._ms, self._heading_deg, state.turn_permille, override)
 
 
-def _words(pulse: Pulse) -> str:
+def _text_of(pulse: Pulse) -> str:
     side = "left" if pulse.turn_permille > 0 else "right"
     return f"{side}, {abs(pulse.turn_permille) / 10:.0f} %, {pulse.pulse_ms / 1000:.2f} s"

@@ -26,7 +26,7 @@ class Pressed(Enum):
     IN_VAIN = auto()  # somebody else holds a button
 
 
-class Held:
+class HeldButton:
     """Thread-safe. Times are monotonic seconds."""
 
     def __init__(
@@ -37,7 +37,7 @@ class Held:
         self._clock = clock
         self._stopped_s = stopped_s
         self._began_s = 0.0  # as proven, not received: a stop may have overtaken it
-        self._ttl_s = 0.0  # of a proof of holding: the board's own, once it has told
+        self._ttl_s = 0.0  # of a proof of holding: the board's own, once received
         self._lock = threading.Lock()
         self._presses = Presses(0)
         self._moved = False  # by the newest press
@@ -69,8 +69,8 @@ class Held:
     def release(self, client: int) -> None:
         """This page's button is released, or the page is gone."""
         with self._lock:
-            held = self._presses.now
-            if held is not None and held.client == client:
+            press = self._presses.now
+            if press is not None and press.client == client:
                 self._end()
 
     def end(self) -> None:
@@ -90,11 +90,11 @@ class Held:
             self._lasts()
 
     def _lasts(self) -> bool:
-        held = self._presses.now
-        if held is None or not held.alive:
+        press = self._presses.now
+        if press is None or not press.alive:
             return False
-        stopped_s = self._stopped_s(held.client)
-        if self._clock() < held.deadline_s and stopped_s < self._began_s:
+        stopped_s = self._stopped_s(press.client)
+        if self._clock() < press.deadline_s and stopped_s < self._began_s:
             return True
         self._end()
         return False
