@@ -25,7 +25,7 @@ from gazechair.going.people import speed_within
 from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
 from gazechair.going.refusals import Refusals
 from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
-from gazechair.going.rolls_into import rolled_into
+from gazechair.going.rolls_into import rolled_into, turns_rolling
 from gazechair.going.smooth import refused_s
 from gazechair.going.steering import NARROW_M
 from gazechair.going.stuck import Overruled, Stuck
@@ -263,9 +263,10 @@ class Mission:
         if rolling is None:
             self._follower.take(found, pose)
             return found
+        turns = turns_rolling(self.costmap, found, rolling)
         found = rolled_into(self.costmap, found, rolling) or found
         ahead = look_ahead(self.costmap, self._obstacles.people, self.footprint, found, 0, pose)
-        self._follower.take(found, pose, steers=ahead.room_m > NARROW_M)
+        self._follower.take(found, pose, ahead.room_m > NARROW_M, turns)
         return found
 
     def _is_better(self, found: Planned) -> bool:
