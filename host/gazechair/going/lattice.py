@@ -8,7 +8,7 @@ about 70 ms of a slow chair; narrow places cost more.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -225,14 +225,23 @@ class Lattice:
 
     # -- search ------------------------------------------------------------------------------------
 
-    def costs_to(self, goals: Ints, prices: Ints, starts: Ints) -> NDArray[np.int32]:
-        """Cost from each pose to the cheapest of `goals`; ends soon after a start is settled."""
+    def costs_to(
+        self,
+        goals: Ints,
+        prices: Ints,
+        starts: Ints,
+        over: Callable[[], bool] = lambda: False,
+    ) -> NDArray[np.int32]:
+        """Cost from each pose to the cheapest of `goals`; ends soon after a start is settled.
+
+        It ends at once when `over` says so; unsettled costs are then too high.
+        """
         costs = np.full(HEADINGS * self._layer, UNREACHED, dtype=np.int32)
         np.minimum.at(costs, goals, prices.astype(np.int32))
         first = np.empty(len(costs), dtype=np.int64)
         waiting = goals
         spare = 40
-        while len(waiting):
+        while len(waiting) and not over():
             # No move is cheaper than the least: none leads from these to one of them.
             found = costs[waiting]
             settled = (int(found.min()) // _LEAST_COST + 1) * _LEAST_COST
