@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise, product
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,17 +25,21 @@ from gazemeasure.go.another import (
     STOPS,
     TURNS,
     Another,
+    GoesOn,
     Redirected,
     add,
     class_of,
     floor_s,
     obeys,
     off_rad,
+    steered_deg_s,
 )
 from gazemeasure.go.missions import Job
 from gazemeasure.go.whole import Driven, Scene
 from gazemeasure.home.localization import look
 from gazemeasure.report import Report
+from gazesim import pot
+from gazesim.chair import Chair
 from gazesim.home_drive import FRONT, REAR
 from gazesim.homes import Home
 from gazesim.rooms import box
@@ -71,6 +76,57 @@ def test_new_motion_is_the_chairs_as_the_new_path_begins(
 
 
 @pytest.mark.parametrize(
+    ("speed_m_s", "before_deg_s", "rate_deg_s", "new"),
+    [
+        (0.3, 4.0, 4.5, False),  # it steered along its leg
+        (0.3, 4.0, 6.5, True),
+        (0.3, -4.0, 2.5, True),
+        (0.3, 9.0, 9.0, True),  # a turn, which goes on
+        (0.0, 4.0, 4.0, True),
+    ],
+)
+def test_what_it_steered_along_its_leg_is_no_turn_to_the_new_path(
+    speed_m_s: float, before_deg_s: float, rate_deg_s: float, new: bool
+) -> None:
+    steered = steered_deg_s(speed_m_s, before_deg_s)
+    assert obeys(AHEAD, 0.5, speed_m_s, rate_deg_s, steered) is new
+
+
+FULL, NEUTRAL = 254, 170
+"""Wiper counts."""
+
+
+def driven(chair: Chair, wipers: tuple[int, int], seconds: float) -> None:
+    linear, turn = (pot.deflection(one) for one in wipers)
+    for _ in range(round(1000.0 * seconds)):
+        chair.step(0.001, (linear, turn))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "least_m_s", "most_m_s"),
+    [
+        ((FULL, NEUTRAL), (FULL, NEUTRAL), -0.001, 0.001),
+        ((FULL, NEUTRAL), (NEUTRAL, NEUTRAL), 0.1, 1.0),
+        ((NEUTRAL, NEUTRAL), (NEUTRAL, NEUTRAL), -0.001, 0.001),  # it brakes anyway
+    ],
+)
+def test_braking_is_what_the_chair_would_not_have_done_anyway(
+    before: tuple[int, int], after: tuple[int, int], least_m_s: float, most_m_s: float
+) -> None:
+    chair = Chair("3.1")
+    driven(chair, (NEUTRAL, NEUTRAL), 0.1)
+    driven(chair, (FULL, NEUTRAL), 3.0)
+    driven(chair, before, 0.3)
+    world: Any = SimpleNamespace(chair=chair, wipers=before)
+    goes_on = GoesOn(world)
+    assert goes_on.wipers == before
+    for _ in range(600):
+        driven(chair, after, 0.001)
+        goes_on.one_ms()
+    assert least_m_s < goes_on.faster_m_s(chair) < most_m_s
+
+
+@pytest.mark.parametrize(
     ("way", "off", "speed_m_s", "rate_deg_s", "how"),
     [
         (AHEAD, 0.02, 0.3, 0.0, GOES_ON),
@@ -100,7 +156,8 @@ SLOW = (STARTS, STOPS, BACKS)
 
 
 def done(how: str = CURVES, after_s: float = 0.4, **driven: Any) -> Redirected:
-    return Redirected(Job(KIND, 1), Driven(**{"arrived": True, **driven}), "3.1", how, after_s)
+    of = Driven(**{"arrived": True, **driven})
+    return Redirected(Job(KIND, 1), of, "3.1", how, after_s, min(after_s, 0.45), 0.1, 0.12)
 
 
 def ok(*of: Redirected) -> bool:
@@ -117,6 +174,7 @@ def test_half_a_second_is_the_limit_beyond_what_the_chair_alone_takes() -> None:
         assert not ok(done(), done(how, floor_s("3.1", how) + 0.51))
         assert not ok(done(), done(how, math.inf))
     assert not ok(done(), done("", math.inf))
+    assert not ok(done(), replace(done(TURNS, 0.9), responds_after_s=0.51))
     assert not ok(done(), done(collisions=1))
     assert not ok(done(), done(arrived=False))
 
@@ -132,18 +190,21 @@ def test_the_chair_alone_takes_longer_where_it_must_stop_or_start(profile: str) 
 
 
 def test_a_path_to_the_first_goal_that_comes_after_the_message_is_not_the_new_one() -> None:
-    twin = SimpleNamespace(heading_deg=0.0, speed_m_s=0.3, yaw_rate_deg_s=0.0)
     first, second = (9.0, 0.0, 0.0), (1.0, 5.0, 0.0)
     mission = SimpleNamespace(goal=second, way=AHEAD, _way_to=first)
     judge: Any = Another.__new__(Another)
-    judge.chair = SimpleNamespace(mission=mission, world=SimpleNamespace(chair=twin), now_ms=9000)
-    judge.pressed_ms, judge.how, judge.moves_after_s = 8900, "", math.inf
+    twin = Chair("3.1")
+    twin.speed_m_s = 0.3
+    world = SimpleNamespace(chair=twin, wipers=(FULL, NEUTRAL))
+    judge.chair = SimpleNamespace(mission=mission, world=world, now_ms=9000)
+    judge.pressed_ms, judge.how, judge._goes_on = 8900, "", None
+    judge.moves_after_s = judge.responds_after_s = judge.output_after_s = math.inf
     judge._first, judge._new, judge._moved = first, None, (0.3, 0.0)
     judge._watch()
     assert (judge.how, judge.moves_after_s) == ("", math.inf)
     mission._way_to = second
     judge._watch()
-    assert (judge.how, judge.moves_after_s) == (GOES_ON, 0.1)
+    assert (judge.how, judge.moves_after_s, judge.responds_after_s) == (GOES_ON, 0.1, 0.1)
 
 
 def test_the_clock_starts_at_the_message_of_the_page(tmp_path: Path) -> None:
@@ -165,3 +226,4 @@ def test_the_clock_starts_at_the_message_of_the_page(tmp_path: Path) -> None:
     assert driven.arrived, driven.why
     assert judge.how
     assert 0.1 < judge.moves_after_s < 2.0
+    assert 0.0 < judge.planned_after_s <= judge.responds_after_s <= judge.moves_after_s

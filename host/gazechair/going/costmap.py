@@ -52,8 +52,10 @@ class Costmap:
         self._static = stands | (unknown & (seen > near_m)) | self._within(no_go, stands)
         self.static_m = distances(self._static, cell_m, FAR_M)
         self.ahead = Ahead(footprint)
-        self._standing_m = {"map": standing_m(stands, cell_m, self.low_m)}
-        self.standing_m = self._standing_m["map"]
+        self.standing_in_map_m = standing_m(stands, cell_m, self.low_m)
+        """Those of `standing_m` that the map holds."""
+        self._standing_m = {"map": self.standing_in_map_m}
+        self.standing_m = self.standing_in_map_m
         """Cell centres (N, 2) of what the board may take for a standing person."""
         self._seen_s = np.full(stands.shape, -np.inf)
         self._live = np.zeros(stands.shape, dtype=np.bool_)
@@ -64,6 +66,8 @@ class Costmap:
         discs = np.concatenate([discs_of(part) for part in parts])
         in_cells = discs[:, :2].astype(np.float32) / np.float32(cell_m)
         self._disc_cells = in_cells[:, 0], in_cells[:, 1], discs[:, 2].astype(np.float32)
+        self.disc_m = float(discs[:, 2].max())
+        """Radius of the largest disc that covers the footprint."""
         self.reach_m = float(np.hypot(*np.concatenate(parts).T).max())
         self.wider_m = max(wider(footprint.margins).widths_m)
         """The most by which a margin is wider than the default one."""

@@ -33,6 +33,7 @@ _WIDE_M = 0.30  # clearance that permits less exact turns
 _RUNS_OUT_RAD = math.radians(5.0)
 _STEERS_RAD = math.radians(12.0)
 _OF_LET = 0.85
+_SOONER_M = 0.01  # a bend into a path begins this much sooner: its turn is requested at once
 _NO_BEND_S = 0.6  # a bend requested in vain for this long is given up
 _SHARP_RAD, _SHARP_M_S = math.radians(8.0), 0.22
 _STANDS_M_S, _ROLLS_M_S = 0.06, 0.12  # slower: request the turn, which begins after the dead time
@@ -63,7 +64,7 @@ class Follower:
         self._way: Way | None = None
         self._at = 0
         """Index of the leg that is driven, or turned to."""
-        self._turning = True
+        self._turning, self._turns_rolling = True, False
         self._steering = Steering(numbers, self._turn)
         self._let_deg_s = numbers.most_deg_s
         """Turn rate of the output that the board gave in the last turn on the spot."""
@@ -92,16 +93,18 @@ class Follower:
         """Whether the present leg is driven backward."""
         return self._way is not None and self._way.backward and self._at == 0
 
-    def take(self, way: Way, pose: Pose, steers: bool = False) -> None:
+    def take(self, way: Way, pose: Pose, steers: bool = False, turns_rolling: bool = False) -> None:
         """Follow a new path from `pose`, without stopping if it leads straight on.
 
         `steers`: nor if it begins some degrees aside, as there is room to steer into it.
+        `turns_rolling`: there is room to turn to it while the chair still brakes.
         """
         a, b = way.points_m[:2]
         off = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - pose[2], 2.0 * math.pi)
         aligned = abs(off) < (_STEERS_RAD if steers else _RUNS_OUT_RAD) and not way.backward
         aligned = aligned and self._linear.speed > -_STANDS_M_S
         self._way, self._at, self._turning, self._unbent = way, 0, not aligned, 0
+        self._turns_rolling = turns_rolling
         self.lost_way = self.arrived = False
         self._aimed_m = -math.inf  # at once, if need be
         self._spot.start()
@@ -112,11 +115,12 @@ class Follower:
             return None
         then, later_rad = self._then(pose)
         speed = max(self._linear.speed, self._pace.m_s)
-        leads_m = speed * self._lead_s
+        leads_m = max(0.0, self._pace.m_s * self._lead_s - _SOONER_M)
         begin = along((*then[:2], later_rad), leads_m, 0.0)
         turns = self._turn.speed
         turns = 0.0 if abs(turns) < TURNS_DEG_S else turns
-        return Rolling(pose, begin, speed, turns, self._bends_rad_s)
+        stops_m = self._linear.runs(0.0, 0.0)
+        return Rolling(pose, begin, speed, turns, self._bends_rad_s, stops_m)
 
     def drop(self) -> None:
         """Drop the path."""
@@ -193,7 +197,7 @@ class Follower:
         assert self._way is not None
         last = self._at >= len(self._way.points_m) - 1
         rolls = _ROLLS_M_S if room_m > NARROW_M else _STANDS_M_S
-        if abs(self._linear.speed) > rolls:
+        if abs(self._linear.speed) > rolls and not self._turns_rolling:
             return STOP
         target = self._target_rad(pose)
         if target is None:
@@ -373,7 +377,7 @@ class Follower:
         return self._way
 
     def _begin_turn(self) -> None:
-        self._turning = True
+        self._turning, self._turns_rolling = True, False
         self._spot.start()
 
 

@@ -8,13 +8,14 @@ about 70 ms of a slow chair; narrow places cost more.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.going.costmap import Costmap
+from gazechair.going.distance_field import Distances, distances
 
 STEP_M = 0.075
 _STEPS = np.array((
@@ -46,7 +47,7 @@ Ints = NDArray[np.int64]
 
 
 class Lattice:
-    """The poses of one costmap; `refresh` when that has changed."""
+    """The poses of one costmap; when that has changed, `refresh` and then `use`."""
 
     def __init__(self, costmap: Costmap) -> None:
         self._costmap = costmap
@@ -67,7 +68,13 @@ class Lattice:
         self._no_turns: list[tuple[float, float]] = []
         self._still = self._clearances(np.arange(self._layer))
         self._clear = self._still
-        self._prepare()
+        self._field: Distances | None = None
+        """The distances of `_clear`; None: to be computed from the map's."""
+        self._stood = np.unique(self._nearest(costmap.standing_in_map_m), axis=0)
+        self._stood_ahead = self._ahead_of(self._stood)
+        self._standing_ahead = self._with_standing()
+        self._is_prepared = False
+        self.use(LOOSE_M, 0.0, ())
 
     def _clearances(self, places: Ints) -> NDArray[np.float32]:
         """Clearance (2 HEADINGS, len(places)) at each heading, and halfway to the next one."""
@@ -91,23 +98,30 @@ class Lattice:
 
     def refresh(self) -> None:
         """Bring it up to date with the costmap."""
-        changes = self._costmap.changes  # before the distances: these may change meanwhile
+        cost = self._costmap
+        changes, field = cost.changes, cost.distances_m  # which may change meanwhile
         if self._changes == changes:
             return
-        differs = self._costmap.distances_m < self._costmap.static_m - 1e-6
-        self._clear = self._still
-        if differs.any():
-            xs, ys = np.nonzero(differs)
-            low = np.array((xs.min(), ys.min())) * self._costmap.cell_m + self._costmap.low_m
-            high = np.array((xs.max(), ys.max())) * self._costmap.cell_m + self._costmap.low_m
-            places = np.arange(self._layer)
-            at = self.metres(places)
-            reach = self._costmap.reach_m
-            near = ((at > low - reach) & (at < high + reach)).all(axis=1)
-            self._clear = self._still.copy()
+        if self._field is None:
+            self._clear, self._field = self._still, cost.static_m
+        near = self._near_changes(self._field, field)
+        if near.any():
+            self._clear = self._clear.copy()
             self._clear[:, near] = self._clearances(np.flatnonzero(near))
-        self._prepare()
+        self._standing_ahead = self._with_standing()
+        self._is_prepared = False
         self._changes = changes
+        self._field = field if cost.distances_m is field and cost.changes == changes else None
+
+    def _near_changes(self, before: Distances, after: Distances) -> BoolArray:
+        """Places whose clearance differs, unless it is easy with both distance fields."""
+        cost = self._costmap
+        matters = (before != after) & (np.minimum(before, after) < cost.disc_m + _EASY_M)
+        at_m = (np.argwhere(matters) + 0.5) * cost.cell_m + cost.low_m
+        cells = np.zeros(self._shape, dtype=np.bool_)
+        cells[tuple(self._nearest(at_m).T)] = True
+        reach = cost.reach_m + 2.0 * STEP_M
+        return np.asarray((distances(cells, STEP_M, reach + STEP_M) <= reach).reshape(-1))
 
     def _ahead(self, whole: NDArray[np.float32], way_m: float) -> NDArray[np.float32]:
         """Clearance at the place `way_m` ahead of each pose."""
@@ -121,12 +135,21 @@ class Lattice:
                 found[k, -shift:] = whole[k, :shift]
         return found
 
-    def _standing_ahead(self) -> BoolArray:
+    def _nearest(self, places_m: FloatArray) -> Ints:
+        """The nearest cell of each place (N, 2) in the map's frame."""
+        cells = np.round((places_m @ self._turn.T - self._low) / STEP_M)
+        return np.asarray(cells, dtype=np.int64)
+
+    def _with_standing(self) -> BoolArray:
         """(HEADINGS, places): poses with a possible standing person close ahead."""
+        cells = np.unique(self._nearest(self._costmap.standing_m), axis=0)
+        new = cells[~(cells[:, None] == self._stood).all(axis=2).any(axis=1)]
+        return self._stood_ahead | self._ahead_of(new) if len(new) else self._stood_ahead
+
+    def _ahead_of(self, cells: Ints) -> BoolArray:
+        """(HEADINGS, places): poses with one of these cells close ahead."""
         found = np.zeros((HEADINGS, *self._shape), dtype=np.bool_)
         ahead = self._costmap.ahead
-        cells = self._costmap.standing_m @ self._turn.T - self._low
-        cells = np.unique(np.round(cells / STEP_M).astype(np.int64), axis=0)
         reach = math.ceil((ahead.reach_m[1] + ahead.half_m) / STEP_M)
         steps = np.stack(np.meshgrid(*2 * [np.arange(-reach, reach + 1)]), axis=2).reshape(-1, 2)
         for k, angle in enumerate(_ANGLES):
@@ -141,9 +164,11 @@ class Lattice:
 
     def use(self, least_m: float, turn_m: float, no_turns: Sequence[tuple[float, float]]) -> None:
         """Set the least clearance of free poses and of turns; no turn is free near `no_turns`."""
-        if (least_m, turn_m, list(no_turns)) != (self._least_m, self._turn_m, self._no_turns):
-            self._least_m, self._turn_m, self._no_turns = least_m, turn_m, list(no_turns)
+        asked = least_m, turn_m, list(no_turns)
+        if not self._is_prepared or asked != (self._least_m, self._turn_m, self._no_turns):
+            self._least_m, self._turn_m, self._no_turns = asked
             self._prepare()
+            self._is_prepared = True
 
     def _prepare(self) -> None:
         whole, half = self._clear[::2], self._clear[1::2]
@@ -153,7 +178,7 @@ class Lattice:
         self._stands = (whole >= least).reshape(-1)
         creeps = self._ahead(whole, _FREE_M) < least
         dearer = _NARROW * narrow + _CREEPS * creeps + _JAMS * (whole < _JAMS_M)
-        dearer += _STANDING * self._standing_ahead()
+        dearer += _STANDING * self._standing_ahead
         self._dearer = (256.0 * dearer).astype(np.int64).reshape(-1)
         # Turning from k to k + 1 must be free half a heading beyond: the board wants room to stop.
         after, beyond = np.roll(whole, -1, axis=0), np.roll(half, -1, axis=0)
@@ -200,14 +225,23 @@ class Lattice:
 
     # -- search ------------------------------------------------------------------------------------
 
-    def costs_to(self, goals: Ints, prices: Ints, starts: Ints) -> NDArray[np.int32]:
-        """Cost from each pose to the cheapest of `goals`; ends soon after a start is settled."""
+    def costs_to(
+        self,
+        goals: Ints,
+        prices: Ints,
+        starts: Ints,
+        over: Callable[[], bool] = lambda: False,
+    ) -> NDArray[np.int32]:
+        """Cost from each pose to the cheapest of `goals`; ends soon after a start is settled.
+
+        It ends at once when `over` says so; unsettled costs are then too high.
+        """
         costs = np.full(HEADINGS * self._layer, UNREACHED, dtype=np.int32)
         np.minimum.at(costs, goals, prices.astype(np.int32))
         first = np.empty(len(costs), dtype=np.int64)
         waiting = goals
         spare = 40
-        while len(waiting):
+        while len(waiting) and not over():
             # No move is cheaper than the least: none leads from these to one of them.
             found = costs[waiting]
             settled = (int(found.min()) // _LEAST_COST + 1) * _LEAST_COST

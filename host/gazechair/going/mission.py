@@ -8,8 +8,6 @@ or drives on along its present path.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,9 +21,10 @@ from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.people import speed_within
 from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
+from gazechair.going.planning import Planned, Planning, Submit
 from gazechair.going.refusals import Refusals
 from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
-from gazechair.going.rolls_into import rolled_into
+from gazechair.going.rolls_into import rolled_into, turns_rolling
 from gazechair.going.smooth import refused_s
 from gazechair.going.steering import NARROW_M
 from gazechair.going.stuck import Overruled, Stuck
@@ -51,8 +50,6 @@ _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
 # Where the board gives no output. It may take furniture for a person until that stood for 10 s.
 _NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
 
-Planned = Way | NoWay
-
 
 @dataclass
 class Mission:
@@ -62,7 +59,7 @@ class Mission:
     planner: Planner
     numbers: ChairNumbers
     footprint: Footprint
-    submit: Callable[[Callable[[], Planned]], Future[Planned]] = at_once
+    submit: Submit = at_once
     state: str = IDLE
     reason: str = ""
     goal: Pose | tuple[float, float] | None = None
@@ -84,9 +81,6 @@ class Mission:
     _gave_up_s: float = 0.0
     _went_round_s: float = -math.inf
     _wants_plan: bool = False
-    _pending: Future[Planned] | None = None
-    _outdated: bool = False
-    """The goal has changed since the pending plan was requested."""
     _hurries: bool = False
     """Another goal on the way: the first path found is taken, and then a better one looked for."""
     _improves: bool = False
@@ -99,6 +93,7 @@ class Mission:
     """Plans made because a path had ended too far from the goal."""
 
     def __post_init__(self) -> None:
+        self._planning = Planning(lambda job: self.submit(job))
         self._follower = Follower(self.numbers)
         self._obstacles = ObstacleLayer(self.costmap, self.footprint)
 
@@ -111,7 +106,7 @@ class Mission:
         self._stuck, self._overruled, self._refused = Stuck(), Overruled(), Refusals()
         self._hit_since_s = self._shut_since_s = None
         self._went_round_s = -math.inf
-        self._outdated = self._pending is not None
+        self._planning.abandon()
         self._hurries = self.state == DRIVING
         self._ask_plan(drives_on=self.state == DRIVING)
 
@@ -176,13 +171,13 @@ class Mission:
             return STOP
         if self.state == LOST:
             self.state, self.reason, self._stuck = DRIVING, "", Stuck()
-            if self._way_to != self.goal or self._pending is not None:
+            if self._way_to != self.goal or self._planning.busy:
                 self._ask_plan()
         if not self.numbers.drives_within(self.cap_permille):
             self._give_up(LIMIT, now_s)
             return STOP
         pose = at.pose_at(now_s)
-        waited = self._pending is None and now_s - self._gave_up_s > _RETRY_S
+        waited = not self._planning.busy and now_s - self._gave_up_s > _RETRY_S
         if self.state == BLOCKED and waited:
             self._wants_plan = True
         self._plan(pose, now_s)
@@ -191,7 +186,7 @@ class Mission:
         self._look_ahead(pose, now_s)
         most_m_s = speed_within(self._free_m)
         stick = self._follower.step(pose, most_m_s, self._ahead.room_m, self._ahead.straight_m)
-        if self._pending is not None or self._wants_plan:
+        if self._planning.busy or self._wants_plan:
             return STOP if self._follower.arrived or self._follower.lost_way else stick
         if self._follower.arrived:
             if self._nearer < _NEARER and self._gap_m(pose) > ARRIVED_M:
@@ -218,20 +213,16 @@ class Mission:
 
     def _plan(self, pose: Pose, now_s: float) -> None:
         """Ask for a plan, or take the one that is ready."""
-        if self._pending is None and self._wants_plan:
+        if self._wants_plan and not self._planning.busy:
             assert self.goal is not None
             self._wants_plan = False
             self.plans += 1
             self.costmap.refresh(now_s)
             self._obstacles.suspect()
             goal, refused, hurry = self.goal, self._refused.all, self._hurries
-            self._pending = self.submit(lambda: self.planner.plan(pose, goal, refused, hurry))
-        if self._pending is None or not self._pending.done():
-            return
-        ready, self._pending = self._pending, None  # an error of the planner is raised once
-        found = ready.result()
-        if self._outdated:
-            self._outdated, self._wants_plan = False, True
+            self._planning.begin(lambda over: self.planner.plan(pose, goal, refused, hurry, over))
+        found = self._planning.take()
+        if found is None:
             return
         hurried, self._hurries = self._hurries, False
         improves, self._improves = self._improves, False
@@ -263,9 +254,10 @@ class Mission:
         if rolling is None:
             self._follower.take(found, pose)
             return found
+        turns = turns_rolling(self.costmap, found, rolling)
         found = rolled_into(self.costmap, found, rolling) or found
         ahead = look_ahead(self.costmap, self._obstacles.people, self.footprint, found, 0, pose)
-        self._follower.take(found, pose, steers=ahead.room_m > NARROW_M)
+        self._follower.take(found, pose, ahead.room_m > NARROW_M, turns)
         return found
 
     def _is_better(self, found: Planned) -> bool:

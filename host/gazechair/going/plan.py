@@ -8,7 +8,7 @@ leg at the heading that the chair has, or must have, there.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -76,6 +76,7 @@ class Planner:
         self._may_reverse = may_reverse
         self._refused: Sequence[Refused] = ()
         self._hurries = False
+        self._over: Callable[[], bool] = lambda: False
 
     def plan(
         self,
@@ -83,13 +84,14 @@ class Planner:
         goal: Pose | tuple[float, float],
         refused: Sequence[Refused] = (),
         hurry: bool = False,
+        over: Callable[[], bool] = lambda: False,
     ) -> Way | NoWay:
         """The path; takes 0.1 to 0.3 s, longer where it is narrow, unless in a `hurry`.
 
         A goal without a heading allows any. `hurry`: the first path found, though not the easiest
-        and hardly smoothed.
+        and hardly smoothed. `over`: nobody waits for it any more; it ends soon with any result.
         """
-        self._refused, self._hurries = refused, hurry
+        self._refused, self._hurries, self._over = refused, hurry, over
         here = self._here(start, goal)
         if here is not None and math.dist(start[:2], goal[:2]) <= _HERE_M:
             return here
@@ -97,6 +99,8 @@ class Planner:
         turns = [(one.x_m, one.y_m) for one in refused if one.turns]
         best: Way | NoWay = NoWay(NO_WAY)
         for least_m, turn_m, leg in _TRIES:
+            if over():
+                break
             self._lattice.use(least_m, turn_m, turns)
             found = self._plan(start, goal, leg)
             if isinstance(found, NoWay):
@@ -144,7 +148,7 @@ class Planner:
         if leg or no_turn:
             starts = [one for one in starts if one[1] > 0.0 or (no_turn and one[1])] or starts
         every = np.concatenate([one[0] for one in starts])
-        costs = self._lattice.costs_to(goals[0], goals[1], every)
+        costs = self._lattice.costs_to(goals[0], goals[1], every, self._over)
         best = None
         first = Smoother(self._costmap, start[2], heading, False, self._refused)
         for poses, leg_m, leg_s in starts:
@@ -237,7 +241,7 @@ class Planner:
         fixed = 1 + (leg_m != 0.0)
         smooth = Smoother(self._costmap, *rads, leg_m < 0.0, self._refused)
         found, clear, cost_s = smooth(
-            _merged(points, fixed, fixed_end), fixed, fixed_end, moves=not self._hurries
+            _merged(points, fixed, fixed_end), fixed, fixed_end, not self._hurries, self._over
         )
         return Way(found, rads[1], leg_m < 0.0, clear, cost_s, smooth.bends(found))
 

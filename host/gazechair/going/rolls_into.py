@@ -9,11 +9,12 @@ import numpy as np
 
 from gazechair.going.bends import CLEAR_M, Bend, Point, bend_at, has_room
 from gazechair.going.costmap import Costmap
-from gazechair.going.smooth import ALONG_M, Pose
+from gazechair.going.smooth import ALONG_M, Pose, turn_poses
 from gazechair.going.way import Way
 
-_LEAST_RAD, _MOST_RAD = math.radians(5.0), math.radians(60.0)
+_LEAST_RAD, _MOST_RAD = math.radians(5.0), math.radians(100.0)
 _LEAST_RADIUS_M, _LEAST_TANGENT_M = 0.3, 0.05
+_SHARPER = (1.0, 0.7, 0.5)  # shares of the radius at the present speed; it slows down for these
 _STRAIGHT_AFTER_M = 0.3
 _VERTICES = 2  # of the path, to which a bend may lead
 
@@ -31,6 +32,8 @@ class Rolling:
     """How fast it still turns as requested before, left positive."""
     rate_rad_s: float
     """Highest turn rate of a bend."""
+    stops_m: float
+    """How far it rolls on if it brakes now."""
 
 
 def rolled_into(costmap: Costmap, way: Way, rolling: Rolling) -> Way | None:
@@ -42,16 +45,34 @@ def rolled_into(costmap: Costmap, way: Way, rolling: Rolling) -> Way | None:
     if way.backward:
         return None
     for vertex in range(1, min(len(way.points_m), 1 + _VERTICES)):
-        found = _into(costmap, way, vertex, rolling)
-        if found is not None:
-            return found
+        for share in _SHARPER:
+            found = _into(costmap, way, vertex, rolling, share)
+            if found is not None:
+                return found
     return None
 
 
-def _into(costmap: Costmap, way: Way, vertex: int, rolling: Rolling) -> Way | None:
+def turns_rolling(costmap: Costmap, way: Way, rolling: Rolling) -> bool:
+    """Whether the chair may turn to the path's first leg at once, while it still brakes.
+
+    It may turn early or late on the way to its stop: at each place there any heading must be free.
+    """
+    a, b = way.points_m[:2]
+    if way.backward or float(np.hypot(*(b - a))) < _STRAIGHT_AFTER_M:
+        return False
+    x, y, heading = rolling.pose
+    turn = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - heading, 2.0 * math.pi)
+    along_m = np.linspace(0.0, rolling.stops_m, max(2, int(rolling.stops_m / ALONG_M) + 1))
+    _, _, turned = turn_poses(rolling.pose, heading + turn)
+    at = np.array((x, y)) + along_m[:, None] * (math.cos(heading), math.sin(heading))
+    clear = costmap.clearance_m(at[:, :1], at[:, 1:], turned[None, :])
+    return bool(clear.min() >= CLEAR_M)
+
+
+def _into(costmap: Costmap, way: Way, vertex: int, rolling: Rolling, share: float) -> Way | None:
     """The path from its `vertex` on, and a bend to it."""
     end = _point(way, vertex)
-    bend = _bend(rolling, end)
+    bend = _bend(rolling, end, share)
     if bend is None:
         return None
     x, y, heading = rolling.begin
@@ -74,25 +95,25 @@ def _into(costmap: Costmap, way: Way, vertex: int, rolling: Rolling) -> Way | No
     return replace(way, points_m=points, bends=bends, began_rad=began_rad)
 
 
-def _bend(rolling: Rolling, end: Point) -> Bend | None:
-    """The bend towards `end`, as sharp as the chair's speed allows; None: too little or too much.
+def _bend(rolling: Rolling, end: Point, share: float) -> Bend | None:
+    """The arc from where the chair turns, and straight on to `end`; None: too little or too much.
 
-    Its corner moves with its size, and the angle with the corner.
+    Its radius is the least at the chair's speed, times `share`.
     """
     x, y, heading = rolling.begin
-    radius_m = max(_LEAST_RADIUS_M, rolling.speed_m_s / rolling.rate_rad_s)
-    tangent_m = 0.0
-    for _ in range(4):
-        corner = x + tangent_m * math.cos(heading), y + tangent_m * math.sin(heading)
-        angle = math.atan2(end[1] - corner[1], end[0] - corner[0]) - heading
-        angle = math.remainder(angle, 2.0 * math.pi)
-        if not _LEAST_RAD < abs(angle) < _MOST_RAD:
-            return None
-        tangent_m = max(_LEAST_TANGENT_M, radius_m * math.tan(0.5 * abs(angle)))
-    corner = x + tangent_m * math.cos(heading), y + tangent_m * math.sin(heading)
-    if rolling.turns_deg_s * angle < 0.0:
+    c, s = math.cos(heading), math.sin(heading)
+    ahead, left = c * (end[0] - x) + s * (end[1] - y), c * (end[1] - y) - s * (end[0] - x)
+    radius_m = max(_LEAST_RADIUS_M, share * rolling.speed_m_s / rolling.rate_rad_s)
+    gap_m = math.hypot(ahead, abs(left) - radius_m)
+    if rolling.turns_deg_s * left < 0.0 or gap_m <= radius_m:
         return None
-    return Bend.of((x, y), corner, end, tangent_m)
+    # The tangent from `end` to the circle, seen from its centre.
+    angle = math.acos(-radius_m / gap_m) - math.atan2(ahead, abs(left) - radius_m)
+    angle %= 2.0 * math.pi
+    if not _LEAST_RAD < angle < _MOST_RAD:
+        return None
+    tangent_m = max(_LEAST_TANGENT_M, radius_m * math.tan(0.5 * angle))
+    return Bend.of((x, y), (x + tangent_m * c, y + tangent_m * s), end, tangent_m)
 
 
 def _is_free(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,17 +86,25 @@ class Smoother:
         self._bends: dict[tuple[Point, Point, Point, float], Bend | None] = {}
 
     def __call__(
-        self, points: list[FloatArray], fixed: int, fixed_end: int, moves: bool = True
+        self,
+        points: list[FloatArray],
+        fixed: int,
+        fixed_end: int,
+        moves: bool = True,
+        over: Callable[[], bool] = lambda: False,
     ) -> tuple[FloatArray, float, float]:
         """Vertices (N, 2), least clearance, seconds; `fixed`, `fixed_end` vertices stay.
 
         Without `moves` vertices are only removed: a fifth of the time, for a path that costs more.
+        When `over` says so, the path is left as it is.
         """
         found = [_point(one) for one in points]
         cost = self._cost(found)
         while True:
             kept = found
             for k in range(fixed, len(kept) - fixed_end):
+                if over():
+                    break
                 option = kept[:k] + kept[k + 1 :]
                 price = self._cost(option, cost)
                 if price < cost:
@@ -107,6 +115,8 @@ class Smoother:
             for _ in range(4):
                 before = cost
                 for k in range(fixed, len(found) - fixed_end):
+                    if over():
+                        break
                     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1)):
                         x, y = found[k]
                         moved = list(found)

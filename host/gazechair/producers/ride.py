@@ -7,8 +7,9 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 
 from gazechair.going.follow import STOP, Stick
-from gazechair.going.mission import ARRIVED, BLOCKED, DRIVING, LOST, PLANNING, Mission, Planned
+from gazechair.going.mission import ARRIVED, BLOCKED, DRIVING, LOST, PLANNING, Mission
 from gazechair.going.plan import Pose
+from gazechair.going.planning import Planned
 from gazechair.going.rolled import Located
 from gazechair.going.stuck import apart
 from gazechair.producers.contract import Output, Sensed

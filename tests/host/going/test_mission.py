@@ -20,12 +20,12 @@ from gazechair.going.mission import (
     LOST,
     POSE_LOST,
     WAITING,
-    Planned,
     at_once,
 )
 from gazechair.going.pace import ACCELERATE_M_S2, PERIOD_S
 from gazechair.going.people import People
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
+from gazechair.going.planning import Planned
 from goingrig import TWO_ROOMS, Box, GoingChair, Person, drive_among, floor
 
 pytestmark = pytest.mark.costly

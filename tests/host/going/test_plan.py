@@ -279,8 +279,8 @@ BEFORE_M, BEHIND_M = np.array(((2.0, 1.0), (2.0, 1.05))), np.array(((5.5, 2.0), 
 
 def free_behind(lattice: Lattice) -> int:
     """Free poses at BEHIND_M, once the lattice is up to date."""
-    lattice.use(STRICT_M, 0.03, ())
     lattice.refresh()
+    lattice.use(STRICT_M, 0.03, ())
     return len(lattice.near(*BEHIND_M[0], 0.0, 0.1, 4.0))
 
 

@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gazechair.going.bends import RATE_RAD_S, Bend
+from gazechair.going.bends import RATE_RAD_S, Bend, Point
 from gazechair.going.mission import ARRIVED, DRIVING
 from gazechair.going.plan import Pose, Way
-from gazechair.going.rolls_into import Rolling, rolled_into
+from gazechair.going.rolls_into import Rolling, rolled_into, turns_rolling
 from goingrig import TWO_ROOMS, Box, GoingChair, floor
 
 pytestmark = pytest.mark.costly
 
 HALL = (10.0, 5.0)
 AT, BEGIN = (3.0, 2.0, 0.0), (3.25, 2.0, 0.0)
-ROLLS = Rolling(AT, BEGIN, 0.35, 0.0, RATE_RAD_S)
+ROLLS = Rolling(AT, BEGIN, 0.35, 0.0, RATE_RAD_S, 0.3)
 ASIDE = Way(np.array([AT[:2], (5.5, 3.0)]), None, clearance_m=0.3)
 
 
@@ -31,6 +31,45 @@ def test_it_bends_from_where_it_turns_as_requested_now() -> None:
     assert bend.radius_m * RATE_RAD_S == pytest.approx(0.35, rel=0.05)
     assert np.array_equal(found.points_m[[0, -1]], ASIDE.points_m)
     assert found.began_rad == pytest.approx(math.atan2(1.0, 2.5))
+
+
+@pytest.mark.parametrize("end", [(3.9, 3.8), (3.8, 3.6), (4.2, 0.9)])
+def test_far_aside_the_bend_is_as_sharp_as_a_slower_chair_drives_it(end: Point) -> None:
+    way = replace(ASIDE, points_m=np.array([AT[:2], end]))
+    found = rolled_into(floor((), HALL), way, ROLLS)
+    assert found is not None
+    bend = found.bend(1)
+    assert bend is not None
+    assert 60.0 < abs(math.degrees(bend.angle_rad)) < 100.0
+    assert bend.radius_m * RATE_RAD_S < 0.3
+    leaves = bend.poses(np.array([abs(bend.angle_rad)]))[0]
+    leads = math.atan2(end[1] - leaves[1], end[0] - leaves[0])
+    assert leads == pytest.approx(leaves[2], abs=0.01)
+
+
+BEHIND = replace(ASIDE, points_m=np.array([AT[:2], (2.0, 3.5)]))
+
+
+def test_it_turns_while_it_brakes_where_any_heading_is_free() -> None:
+    assert turns_rolling(floor((), HALL), BEHIND, ROLLS)
+
+
+@pytest.mark.parametrize(
+    "box",
+    [
+        (3.2, 2.5, 3.6, 2.9),  # on the side to which it turns
+        (4.0, 1.9, 4.2, 2.1),  # ahead of where it stops
+        (2.6, 1.2, 2.9, 1.5),  # its rear would come there
+    ],
+)
+def test_it_stops_before_it_turns_where_something_is_beside_its_way_to_the_stop(box: Box) -> None:
+    assert not turns_rolling(floor((box,), HALL), BEHIND, ROLLS)
+
+
+def test_it_stops_before_a_turn_to_a_path_that_begins_backward_or_with_no_leg() -> None:
+    hall = floor((), HALL)
+    assert not turns_rolling(hall, replace(BEHIND, backward=True), ROLLS)
+    assert not turns_rolling(hall, replace(BEHIND, points_m=np.array([AT[:2], (3.1, 2.0)])), ROLLS)
 
 
 @pytest.mark.parametrize(
@@ -110,6 +149,14 @@ def test_another_goal_aside_is_steered_to_at_once_and_without_a_stop(goal: Pose)
     chair, turns_s, least_m_s = redirected(goal)
     assert turns_s <= 0.5
     assert least_m_s > 0.2
+    assert chair.run(60.0) == ARRIVED
+    assert math.dist(chair.pose[:2], goal[:2]) < 0.1
+
+
+@pytest.mark.parametrize("goal", [(2.0, 3.6, 0.0), (1.0, 1.0, 2.0)])
+def test_to_another_goal_behind_it_turns_before_it_has_stopped(goal: Pose) -> None:
+    chair, turns_s, _ = redirected(goal)
+    assert turns_s <= 0.55
     assert chair.run(60.0) == ARRIVED
     assert math.dist(chair.pose[:2], goal[:2]) < 0.1
 

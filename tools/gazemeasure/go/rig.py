@@ -23,8 +23,9 @@ from gazechair.board.board_commands import Clearance
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import costmap_of
 from gazechair.going.follow import STOP, Stick
-from gazechair.going.mission import ARRIVED, BLOCKED, Mission, Planned
+from gazechair.going.mission import ARRIVED, BLOCKED, Mission
 from gazechair.going.plan import Planner, Pose, Way
+from gazechair.going.planning import Planned
 from gazechair.going.rolled import Located
 from gazechair.sensing.clearance.evaluate import Evaluator
 from gazechair.sensing.lidar.blind import Blindness

@@ -1,0 +1,121 @@
+"""Planning: a newer request takes the place of a plan that is still being computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Future
+
+import numpy as np
+import pytest
+
+from gazechair.going.lattice import Lattice
+from gazechair.going.plan import NO_WAY, Planner
+from gazechair.going.planning import Planned, Planning
+from gazechair.going.way import NoWay, Way
+from goingrig import TWO_ROOMS, GoingChair, floor
+
+WAY = Way(np.array([(0.0, 0.0), (1.0, 0.0)]), None)
+START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
+
+
+class Later:
+    """Jobs that wait to be run."""
+
+    def __init__(self) -> None:
+        self.jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
+
+    def submit(self, job: Callable[[], Planned]) -> Future[Planned]:
+        self.jobs.append((job, Future()))
+        return self.jobs[-1][1]
+
+    def run(self, number: int) -> None:
+        job, found = self.jobs[number]
+        found.set_result(job())
+
+
+def test_a_plan_is_taken_once_it_is_ready() -> None:
+    later = Later()
+    planning = Planning(later.submit)
+    assert not planning.busy
+    planning.begin(lambda over: NoWay("over") if over() else WAY)
+    assert planning.busy
+    assert planning.take() is None
+    later.run(0)
+    assert planning.take() is WAY
+    assert not planning.busy
+    assert planning.take() is None
+
+
+@pytest.mark.parametrize("newer", [True, False])
+def test_one_that_nobody_waits_for_learns_so_and_is_never_taken(newer: bool) -> None:
+    later = Later()
+    planning = Planning(later.submit)
+    known: list[Callable[[], bool]] = []
+
+    def job(over: Callable[[], bool]) -> Planned:
+        known.append(over)
+        return NoWay(NO_WAY)
+
+    planning.begin(job)
+    later.run(0)
+    assert not known[0]()
+    if newer:
+        planning.begin(lambda over: NoWay("over") if over() else WAY)
+    else:
+        planning.abandon()
+    assert known[0]()
+    assert planning.take() is None
+    assert planning.busy is newer
+    if newer:
+        later.run(1)
+        assert planning.take() is WAY
+
+
+def test_what_the_planner_raises_is_raised_once() -> None:
+    later = Later()
+    planning = Planning(later.submit)
+    planning.begin(lambda _: WAY)
+    later.jobs[0][1].set_exception(ValueError("no costmap"))
+    with pytest.raises(ValueError, match="no costmap"):
+        planning.take()
+    assert planning.take() is None
+
+
+@pytest.mark.parametrize("asked", [0, 1, 5, 30])
+def test_a_plan_that_nobody_waits_for_ends_soon(
+    asked: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planner, left, moves = Planner(floor(TWO_ROOMS)), [asked], [0]
+    before = Lattice._before
+
+    def counted(*of: object) -> object:
+        moves[0] += left[0] < 0
+        return before(*of)  # type: ignore[arg-type]
+
+    def over() -> bool:
+        left[0] -= 1
+        return left[0] < 0
+
+    monkeypatch.setattr(Lattice, "_before", counted)
+    planner.plan(START, GOAL, (), False, over)
+    assert left[0] > -60  # it asks a few times more, and computes nothing in between
+    assert moves[0] == 0
+
+
+def test_another_goal_does_not_wait_for_a_plan_to_the_one_before() -> None:
+    later, chair = Later(), GoingChair(floor(TWO_ROOMS), START)
+    chair.mission.go(GOAL)
+    chair.run(8.0)
+    old = chair.mission.way
+    chair.mission.submit = later.submit
+    chair.mission.go((6.5, 1.0, 0.0))
+    chair.step()
+    chair.mission.go((6.5, 1.5, 0.0))
+    chair.step()
+    assert len(later.jobs) == 2
+    later.run(1)
+    chair.step()
+    assert chair.mission.way is not old
+    assert chair.mission.way_to_goal is not None
+    assert chair.mission.way_to_goal.points_m[-1].tolist() == [6.5, 1.5]
