@@ -117,10 +117,12 @@ class Follower:
         speed = max(self._linear.speed, self._pace.m_s)
         leads_m = max(0.0, self._pace.m_s * self._lead_s - _SOONER_M)
         begin = along((*then[:2], later_rad), leads_m, 0.0)
-        turns = self._turn.speed
-        turns = 0.0 if abs(turns) < TURNS_DEG_S else turns
-        stops_m = self._linear.runs(0.0, 0.0)
-        return Rolling(pose, begin, speed, turns, self._bends_rad_s, stops_m)
+        turns = self._turn.speed if abs(self._turn.speed) >= TURNS_DEG_S else 0.0
+        return Rolling(pose, begin, speed, turns, self._bends_rad_s, self._linear.runs(0.0, 0.0))
+
+    def press(self) -> None:
+        """Another press: that the board ends the output of the one before refuses nothing."""
+        self._last_stick = STOP
 
     def drop(self) -> None:
         """Drop the path."""

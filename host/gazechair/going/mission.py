@@ -107,6 +107,7 @@ class Mission:
         self._hit_since_s = self._shut_since_s = None
         self._went_round_s = -math.inf
         self._planning.abandon()
+        self._follower.press()
         self._hurries = self.state == DRIVING
         self._ask_plan(drives_on=self.state == DRIVING)
 

@@ -221,3 +221,14 @@ def test_backward_it_steers_towards_its_leg(across_m: float) -> None:
     assert chair.x_m == pytest.approx(-1.5, abs=0.1)
     assert max(off_m) < 0.035
     assert off_m[-1] < 0.015
+
+
+@pytest.mark.parametrize("pressed", [True, False])
+def test_another_press_which_ends_the_output_is_no_refusal_of_a_curve(pressed: bool) -> None:
+    follower = following(80, WIDE_M)
+    off = (1.0, 0.1, 0.0)
+    assert follower.step(off, math.inf, WIDE_M, WIDE_M).turn_permille < 0
+    if pressed:
+        follower.press()
+    follower.moved(STOP, 0.3, 0.0)
+    assert (follower.step(off, math.inf, WIDE_M, WIDE_M).turn_permille < 0) is pressed
