@@ -53,8 +53,8 @@ class Scanner(Driver):
         return [kind for n, kind in enumerate(kinds) if n == 0 or kinds[n - 1] != kind]
 
 
-def opened(page, host, **wishes):
-    host.profiles.change({"save": {"id": "1", **ROWS, **wishes}}, True)
+def opened(page, host, **requests):
+    host.profiles.change({"save": {"id": "1", **ROWS, **requests}}, True)
     person = Scanner(page, host)
     person.open()
     wait_until(person.lit, "the scan")

@@ -1,6 +1,6 @@
 // An on-screen joystick: proportional, springs back.
-// It drives only while touched, while a key is pressed, or while its other hand, a gamepad's
-// stick, leans.
+// It drives only while touched, while a key is pressed, or while a gamepad's stick is out of
+// its middle.
 
 import { heartbeatMs } from "./heartbeat.js";
 

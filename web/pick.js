@@ -1,5 +1,5 @@
 // Chooses a spot in the picture by a dwell or a tap, and draws its result over the picture.
-// That moves nothing: only the tile Ga does, and only for what is shown.
+// Choosing moves nothing: only the tile Ga starts a motion, and only to the shown spot.
 
 import { byId, svg } from "./dom.js";
 import { SpotScan } from "./spot_scan.js";

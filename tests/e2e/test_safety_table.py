@@ -12,7 +12,7 @@ import pytest
 import promises
 from gazelink import codes
 from gazeprove import promise_notes, safety_table
-from gazeprove.safety_words import ARMING, CLEARS, PROMISES
+from gazeprove.safety_texts import ARMING, CLEARS, PROMISES
 from gazesetup import ROOT
 
 

@@ -9,7 +9,7 @@ import pytest
 from gazehouse import __main__ as command
 from gazehouse import failure_pictures, failures, hazards, numbers, rooms
 from gazelink.settings_table import TABLE
-from gazeprove.safety_words import PROMISES
+from gazeprove.safety_texts import PROMISES
 
 # Times that several parts take together: no module reads them, tests measure them.
 NOT_READ = {"TILT_MS", "OBEYS_MS"}

@@ -262,8 +262,8 @@ def test_practice_by_scanning_sends_nothing(scanner):
 
 def test_a_profile_changed_elsewhere_waits_until_driving_is_off(scanner, host):
     scanner.choose(DIRECTIONS, ["forward"])
-    wish = {"save": {"id": "1", "scan": "single", "scan_switch": "enter", "scan_ms": 2000}}
-    host.profiles.change(wish, True)
+    request = {"save": {"id": "1", "scan": "single", "scan_switch": "enter", "scan_ms": 2000}}
+    host.profiles.change(request, True)
     scanner.advance(500)
     assert scanner.sent()[-1][:2] == ("cmd", "forward")
     scanner.up()

@@ -111,7 +111,7 @@ class Marking:
         self.drag(OFF[0] * 4, OFF[1] * 4)
 
     def posted(self):
-        return [wish["value"] for path, wish in self.host.posted if path == "/first-drive"]
+        return [request["value"] for path, request in self.host.posted if path == "/first-drive"]
 
 
 @pytest.fixture

@@ -181,11 +181,11 @@ class Hand(Driver):
         self.page.evaluate(PADS, list(pads))
         self.advance(ms)
 
-    def wishes(self):
+    def requests(self):
         """Requests since the last call, without repetitions."""
         sent = [(m["k"], m.get("linear"), m.get("turn")) for m in self.received("drive", "stop")]
         self.forget()
-        return [wish for n, wish in enumerate(sent) if n == 0 or sent[n - 1] != wish]
+        return [request for n, request in enumerate(sent) if n == 0 or sent[n - 1] != request]
 
 
 @pytest.fixture
@@ -213,12 +213,12 @@ def test_the_stick_drives_as_the_pad_does_with_one_edge(hand, artefact):
     assert {m["edge"] for m in drives} == {1}
     assert all({"token", "since"} <= set(m) for m in drives)
     artefact("caretaker-gamepad")
-    assert hand.wishes() == [AHEAD_FULL]
+    assert hand.requests() == [AHEAD_FULL]
     hand.hold(pad(-1, 0))
     hand.hold(pad())
-    assert hand.wishes()[-2:] == [("drive", 0, 1000), STOP]
+    assert hand.requests()[-2:] == [("drive", 0, 1000), STOP]
     hand.hold(pad(), ms=1000)
-    assert hand.wishes() == []
+    assert hand.requests() == []
 
 
 LOSSES = {
@@ -242,29 +242,29 @@ def test_whatever_ends_it_ends_it_at_once_until_the_stick_was_centred(hand):
     for how, lose in LOSSES.items():
         hand.hold(pad())
         hand.hold(pad(0, -1))
-        assert hand.wishes()[-1] == AHEAD_FULL, how
+        assert hand.requests()[-1] == AHEAD_FULL, how
         lose(hand)  # and no time passes
-        assert STOP in hand.wishes(), how
+        assert STOP in hand.requests(), how
         hand.hold(pad(0, -1), ms=500)
-        assert AHEAD_FULL not in hand.wishes(), how
+        assert AHEAD_FULL not in hand.requests(), how
 
 
 def test_a_lost_link_and_a_lost_ownership_end_it(hand):
     hand.hold(pad(0, -1), ms=200)
     hand.forget()
     hand.run_for(700)
-    assert hand.wishes()[-1] == STOP
+    assert hand.requests()[-1] == STOP
     hand.connect()
     hand.advance(500)
-    assert hand.wishes() == []
+    assert hand.requests() == []
     hand.hold(pad())
     hand.hold(pad(0, -1))
-    assert hand.wishes()[-1] == AHEAD_FULL
+    assert hand.requests()[-1] == AHEAD_FULL
     hand.state(you=False, owner="driver")
     hand.run_for(50)
-    assert hand.wishes()[-1] == STOP
+    assert hand.requests()[-1] == STOP
     hand.advance(500)
-    assert hand.wishes() == []
+    assert hand.requests() == []
 
 
 def test_a_stick_that_leans_while_taking_over_does_not_drive(hand):
@@ -272,7 +272,7 @@ def test_a_stick_that_leans_while_taking_over_does_not_drive(hand):
     hand.hold(pad(0, -1), ms=500)
     hand.state(you=True, owner="caretaker")
     hand.advance(1000)
-    assert hand.wishes() == []
+    assert hand.requests() == []
 
 
 def test_finger_keys_and_stick_never_mix(hand):
@@ -283,20 +283,20 @@ def test_finger_keys_and_stick_never_mix(hand):
     page.mouse.move(x, y)
     page.mouse.down()
     hand.hold(pad(0, -1), ms=300)
-    assert set(hand.wishes()) == {("drive", 0, 0)}
+    assert set(hand.requests()) == {("drive", 0, 0)}
     page.mouse.up()
     hand.advance(300)
-    assert set(hand.wishes()) == {STOP}  # the stick leans since before
+    assert set(hand.requests()) == {STOP}  # the stick leans since before
     hand.hold(pad())
     hand.hold(pad(0, -1))
     page.keyboard.down("ArrowLeft")
     page.mouse.down()
     hand.advance(300)
-    assert hand.wishes() == [AHEAD_FULL]
+    assert hand.requests() == [AHEAD_FULL]
     page.keyboard.up("ArrowLeft")
     page.mouse.up()
     hand.hold(pad())
-    assert hand.wishes() == [STOP]
+    assert hand.requests() == [STOP]
 
 
 def test_its_stop_button_stops_the_driver_too(hand):

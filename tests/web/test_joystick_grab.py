@@ -43,8 +43,8 @@ def sent(driving):
     """The newest `drive` request, (linear, turn); older ones are discarded."""
     driving.forget()
     driving.advance(100)
-    wishes = driving.received("drive")
-    return (wishes[-1]["linear"], wishes[-1]["turn"]) if wishes else None
+    requests = driving.received("drive")
+    return (requests[-1]["linear"], requests[-1]["turn"]) if requests else None
 
 
 @pytest.mark.parametrize("px", [-20, 49, 110])
@@ -130,13 +130,13 @@ def test_a_touch_taken_away_by_the_system_stops(driving, fingers):
 
 def test_a_finger_beyond_the_pad_asks_full_in_its_direction_and_no_more(driving, fingers):
     fingers.touch(1, *place(driving, 0, 0.5))
-    for right, forward, wish in (
+    for right, forward, request in (
         (0, 1.4, (1000, 0)),
         (-1.4, 0, (0, 1000)),
         (1.2, 1.2, (707, -707)),
     ):
         fingers.touch(1, *place(driving, right, forward))
-        assert sent(driving) == pytest.approx(wish, abs=12)
+        assert sent(driving) == pytest.approx(request, abs=12)
 
 
 def rotate(page):

@@ -45,8 +45,8 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     def status() -> str:
         return page.locator("#maps .status-text").inner_text()
 
-    def posted(wish) -> None:
-        wait_until(lambda: ("/maps", wish) in host.posted, f"{wish} among {host.posted[-3:]}")
+    def posted(request) -> None:
+        wait_until(lambda: ("/maps", request) in host.posted, f"{request} among {host.posted[-3:]}")
 
     def press(text: str) -> None:
         page.locator("#maps button", has_text=text).locator("visible=true").first.click()
@@ -91,13 +91,13 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     page.locator("#maps .form select").select_option("bed")
     press("Bewaren")
     wait_until(lambda: host.posted and "place" in host.posted[-1][1], "the place")
-    wish = host.posted[-1][1]
-    assert (wish["map"], wish["place"]["name"], wish["place"]["icon"]) == (
+    request = host.posted[-1][1]
+    assert (request["map"], request["place"]["name"], request["place"]["icon"]) == (
         "a1",
         "Bed van opa",
         "bed",
     )
-    found = [wish["place"][name] for name in ("x", "y", "heading")]
+    found = [request["place"][name] for name in ("x", "y", "heading")]
     assert found == pytest.approx([2.0, 1.0, 90.0], abs=1.5)
     assert found[:2] == pytest.approx([2.0, 1.0], abs=0.1)
     # An area: three corners or more; a refusal is shown in plain words.

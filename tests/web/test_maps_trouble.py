@@ -61,29 +61,29 @@ def status(maps):
     return maps.page.locator("#maps .status-text").inner_text()
 
 
-def requests_to(maps, wish):
+def requests_to(maps, action):
     """How often the host was asked that."""
     maps.page.evaluate("fetch('/me').then((answer) => answer.text())")
-    return [posted for _, posted in maps.host.posted if wish in posted]
+    return [posted for _, posted in maps.host.posted if action in posted]
 
 
 # Buttons that ask first
 
 
 @pytest.mark.parametrize(
-    ("place", "text", "wish"),
+    ("place", "text", "action"),
     [(0, "Kaart verwijderen", "delete"), (1, "Aanpassing terugnemen", "back")],
 )
-def test_a_tap_after_the_confirmed_one_asks_again(maps, place, text, wish):
+def test_a_tap_after_the_confirmed_one_asks_again(maps, place, text, action):
     opened(maps)
     button = maps.page.locator("#maps .rename .sure").nth(place)
     for _ in range(2):
         button.click()
         maps.advance(1000)
-    wait_until(lambda: requests_to(maps, wish) == [{"map": "a1", wish: True}], "the wish")
+    wait_until(lambda: requests_to(maps, action) == [{"map": "a1", action: True}], "the request")
     assert button.inner_text() == text
     button.click()
-    assert len(requests_to(maps, wish)) == 1
+    assert len(requests_to(maps, action)) == 1
     assert button.inner_text() == "Zeker weten?"
     maps.advance(5100)
     assert button.inner_text() == text
@@ -111,7 +111,9 @@ def test_another_map_is_not_deleted_by_the_second_press(maps):
     assert requests_to(maps, "delete") == []
     maps.advance(1000)
     maps.page.locator("#maps .rename .sure", has_text="Zeker weten").click()
-    wait_until(lambda: requests_to(maps, "delete") == [{"map": "b2", "delete": True}], "the wish")
+    wait_until(
+        lambda: requests_to(maps, "delete") == [{"map": "b2", "delete": True}], "the request"
+    )
 
 
 # Answers that do not come

@@ -17,7 +17,7 @@ from gazesim import plans
 
 _GOAL = "Keuken"
 _NEAR_M, _NEAR_DEG = 0.15, 5.0
-_KNOWS_S = 90.0
+_POSE_S = 90.0
 _ARMED_S = 6.0
 _ARRIVES_S = 240.0
 _LOOK_S = 0.4  # between two eye movements
@@ -59,12 +59,12 @@ class HomeCheck:
         driver.wait(lambda: driver.data("link") == "ok", 20, "the page is linked to the host")
         start_s = time.monotonic()
         what = "the chair knows where it is, and its places are tiles"
-        driver.wait(lambda: driver.data("more") == "true", _KNOWS_S, what)
+        driver.wait(lambda: driver.data("more") == "true", _POSE_S, what)
         self.figures["found_itself_s"] = round(time.monotonic() - start_s, 1)
 
     def _find_tile(self) -> str:
         """Switch driving on until the goal's tile can be pressed; returns the tile."""
-        end_s = time.monotonic() + _KNOWS_S
+        end_s = time.monotonic() + _POSE_S
         while time.monotonic() < end_s:
             if self._driver.data("state") != "armed":
                 self._driver.arm(_TRIES, _ARMED_S)  # a machine that stalls ends driving

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from gazehouse.failures import homes
 from gazehouse.numbers import table
-from gazeprove.safety_words import PROMISES
+from gazeprove.safety_texts import PROMISES
 from gazesetup import ROOT
 
 DOCUMENT = ROOT / "docs" / "hazards.md"

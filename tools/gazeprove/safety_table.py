@@ -14,7 +14,7 @@ from pathlib import Path
 from gazelink import codes
 from gazeprove import part_costly, promise_notes, record, record_file
 from gazeprove.promise_notes import Note
-from gazeprove.safety_words import (
+from gazeprove.safety_texts import (
     ARMING,
     CLEARS,
     FAULTS,

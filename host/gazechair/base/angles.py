@@ -1,4 +1,4 @@
-"""Angles brought into one turn: from 0 to a turn, or from half a turn back to half a turn on."""
+"""Wraps angles to one turn: from 0 to a full turn, or from minus half a turn to half a turn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs work within the step that asks for it, in place of a thread."""
+"""Runs work in the calling step instead of in a thread."""
 
 from __future__ import annotations
 

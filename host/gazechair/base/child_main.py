@@ -1,4 +1,4 @@
-"""How a child process of the daemon begins: its signals, its argument, its standard output."""
+"""Sets up a child process of the daemon: its signals, its argument, its standard output."""
 
 from __future__ import annotations
 

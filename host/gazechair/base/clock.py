@@ -1,4 +1,4 @@
-"""Whether the time of day can be believed: a computer without a battery for it begins anywhere."""
+"""Whether the time of day is plausible: without a clock battery a computer starts with any time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads JSON that a person, a file or another program gives."""
+"""Reads JSON from a person, a file or another program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A state folder is used by one daemon at a time: its lock."""
+"""The lock of a state folder: one daemon at a time uses it."""
 
 from __future__ import annotations
 

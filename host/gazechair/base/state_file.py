@@ -1,4 +1,4 @@
-"""One file of the state folder: replaced as a whole; its health says when it is damaged."""
+"""One file of the state folder: replaced as a whole; its health reports when it is damaged."""
 
 from __future__ import annotations
 

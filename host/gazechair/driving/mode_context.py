@@ -1,4 +1,4 @@
-"""What modes may know (the press, the board's state, the clearance), and what they answer."""
+"""Inputs of a mode (the press, the board's state, the clearance), and its answer."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 """Until the selected profile is tuned: slows turns, and reports where a step turn ended.
 
-Untuned, the board knows the chair's turning only from its defaults. On 30 random simulated chairs a
+Untuned, the board uses default values for the chair's turning. On 30 random simulated chairs a
 step of 10 degrees ended up to 3.9 degrees off at 60 % deflection, up to 15.5 at full; at 35 %
 some did not begin to turn. This makes turns better, not safer: the board enforces every limit.
-Auto motions turn as they ask: they see by odometry how far they have turned, and less than they ask
-for may turn nothing at all (profile 1.2 breaks loose to the right at 593 permille).
+Auto motions are not slowed: odometry shows them how far they have turned, and a smaller output may
+not turn the chair at all (profile 1.2 breaks loose to the right at 593 permille).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Reads the board's settings that a producer uses.
 
-It reads them again and again while driving is off, and once more when it is switched on.
+It reads them repeatedly while driving is off, and once more when driving is switched on.
 """
 
 from __future__ import annotations
