@@ -77,7 +77,7 @@ class LiveBoard:
         host = self.host
         return (
             f"hellos {host.hellos[-1:]}, state {host.state}, stats {host.stats},"
-            f" heard {bytes(host.received[-300:])!r}"
+            f" heard {bytes(host.recent_bytes[-300:])!r}"
         )
 
     def connect(self) -> None:

@@ -40,7 +40,7 @@ class LiveHost(SmallHost):
         self.pongs: dict[int, int] = {}  # token -> ticks of the answer
         self.faults: list[dict[str, Any]] = []
         self.maintenance: dict[str, Any] | None = None
-        self.received = bytearray()  # every byte, the last few thousand
+        self.recent_bytes = bytearray()  # every byte, the last few thousand
         self.sent = b""  # the last frame with a motion in it
         self.ticks = 0
         self._sessions = int.from_bytes(os.urandom(1), "little")
@@ -145,8 +145,8 @@ class LiveHost(SmallHost):
         except PortError:
             self.close()
             return
-        self.received += data
-        del self.received[:-8192]
+        self.recent_bytes += data
+        del self.recent_bytes[:-8192]
         self.hear(data, len(data))
 
     def received(self, kind: int, buf: bytearray) -> None:

@@ -276,7 +276,7 @@ def test_the_button_at_power_on_gives_the_repl(emulated: EmulatedLiveBoard) -> N
     assert emulated.bank.u32(layout.SOFT_RESETS_AT) == resets
     emulated.world.faults.clear("reset_button")
     emulated.host.raw(b"\rprint(6*7)\r")
-    emulated.until(lambda: b"\n42\r\n" in emulated.host.received, "the REPL's answer")
+    emulated.until(lambda: b"\n42\r\n" in emulated.host.recent_bytes, "the REPL's answer")
     assert emulated.bank.u32(layout.SOFT_RESETS_AT) == resets
     assert emulated.real_wipers == NEUTRAL
 

@@ -145,9 +145,9 @@ def test_maintenance_gives_the_repl_and_a_reset_the_firmware(board: LiveBoard) -
     board.host.send(messages.MAINTENANCE, (messages.MAINTENANCE_KEY, 0, 0))
     board.until(lambda: board.host.maintenance is not None, "an answer")
     assert board.host.maintenance == {"key": messages.MAINTENANCE_KEY, "accepted": 1, "reason": 0}
-    board.until(lambda: board.host.received.endswith(b">>> "), "a prompt")
+    board.until(lambda: board.host.recent_bytes.endswith(b">>> "), "a prompt")
     board.host.raw(b"print(6*7)\r")
-    board.until(lambda: b"\n42\r\n" in board.host.received, "the REPL's answer")
+    board.until(lambda: b"\n42\r\n" in board.host.recent_bytes, "the REPL's answer")
     board.host.raw(b"import machine; machine.reset()\r")
     board.host.talking = True
     board.host.states.clear()

@@ -35,7 +35,7 @@ from gazemeasure.report import Report, percentile
 _QUICK = 3
 _MOST_SPENT = 7
 _LEAST_ARRIVED = {TWO: 99.0, ONE: 95.0, FOREIGN: 95.0, PEOPLE: 95.0, DOORS: 99.0, HOMES: 99.0}
-# What docs/navigation-lab.md recorded, 0.65 and 2.3, and a tenth.
+# What docs/going-lab.md recorded, 0.65 and 2.3, and a tenth.
 _ACCELERATION_M_S2, _JERK_M_S3 = 0.72, 2.5
 
 _ELSEWHERE = (

@@ -39,12 +39,12 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
             if line is not None:
                 worker.word(json.loads(line))
         if fd in ready:
-            said = inbox.unpack(reader.recv(inbox.LONGEST))
+            message = inbox.unpack(reader.recv(inbox.LONGEST))
             oldest_s = time.monotonic() - _OLD_S
-            if isinstance(said, HalfTurn) and said.last_s > oldest_s:
-                worker.half(said)
-            elif isinstance(said, Estimate) and said.time_s > oldest_s:
-                worker.estimate(said)
+            if isinstance(message, HalfTurn) and message.last_s > oldest_s:
+                worker.half(message)
+            elif isinstance(message, Estimate) and message.time_s > oldest_s:
+                worker.estimate(message)
         if time.monotonic() >= tick_s:
             tick_s = time.monotonic() + PULSE_S
             worker.tick()

@@ -76,7 +76,7 @@ class Worker:
         self._number = 0  # of the newest request
         self._newest: Estimate | None = None
         self._looked: Estimate | None = None  # the last estimate that was searched for in the maps
-        self._look_s = self._stored_s = self._picture_s = self._said_s = -math.inf
+        self._look_s = self._stored_s = self._picture_s = self._sent_s = -math.inf
         self._eager_s = clock() + _EAGER_S
         self._drawn = 0  # key scans in the newest picture
         self._problem = ""
@@ -97,7 +97,7 @@ class Worker:
         else:
             self._making = None
             self._eager_s = self._clock() + _EAGER_S
-        self._say()
+        self._send()
 
     def half(self, half: HalfTurn) -> None:
         """Take a half turn of a lidar."""
@@ -111,8 +111,8 @@ class Worker:
         if not self._looks.estimate(estimate) or self._saving is not None:
             return
         if self._making is not None:
-            if self._making.take(self._looks) or self._clock() - self._said_s > _LOOK_S:
-                self._say()
+            if self._making.take(self._looks) or self._clock() - self._sent_s > _LOOK_S:
+                self._send()
             return
         if not self._atlas.ids or self._clock() < self._look_s:
             return
@@ -127,7 +127,7 @@ class Worker:
         searched = found is None and self._atlas.searched
         pause_s = spent_s / _SHARES[self._clock() > self._eager_s] if searched else 0.0
         self._look_s = self._clock() + max(_LOOK_S, pause_s)
-        self._say()
+        self._send()
 
     def _keep(self, seen: Seen) -> None:
         """Keep the stored map current."""
@@ -156,24 +156,24 @@ class Worker:
         self._atlas.know({one.id: one.map.grid for one in stored if one.map is not None})
         if self._atlas.ids != before:
             self._eager_s = self._clock() + _EAGER_S
-            self._say()
+            self._send()
 
     def _pulse(self) -> None:
-        if self._clock() >= self._said_s + PULSE_S:
-            self._say()
+        if self._clock() >= self._sent_s + PULSE_S:
+            self._send()
 
-    def _say(self) -> None:
-        self._said_s = self._clock()
-        said: dict[str, Any] = {"state": self._state(), "making": None, "problem": self._problem}
-        said["askew"] = self._atlas.askew
-        said["twins"] = self._atlas.rivalled
-        fix = self._found() if said["state"] == KNOWN else None
-        said["fix"] = None if fix is None else asdict(fix)
+    def _send(self) -> None:
+        self._sent_s = self._clock()
+        status: dict[str, Any] = {"state": self._state(), "making": None, "problem": self._problem}
+        status["askew"] = self._atlas.askew
+        status["twins"] = self._atlas.rivalled
+        fix = self._found() if status["state"] == KNOWN else None
+        status["fix"] = None if fix is None else asdict(fix)
         if self._making is not None:
-            said["making"] = self._making.as_json()
-            if not said["making"]["doubt"] and self._deaf():
-                said["making"]["doubt"] = SILENT
-        self._out.data(json.dumps(said).encode())
+            status["making"] = self._making.as_json()
+            if not status["making"]["doubt"] and self._gets_nothing():
+                status["making"]["doubt"] = SILENT
+        self._out.data(json.dumps(status).encode())
 
     def _found(self) -> Fix | None:
         location, at = self._atlas.location, self._looked
@@ -202,9 +202,9 @@ class Worker:
             return MAKING
         if not self._atlas.ids:
             return NO_MAPS
-        return KNOWN if self._atlas.id and not self._deaf() else UNKNOWN
+        return KNOWN if self._atlas.id and not self._gets_nothing() else UNKNOWN
 
-    def _deaf(self) -> bool:
+    def _gets_nothing(self) -> bool:
         """Whether odometry sends nothing: it has no scans, or does not run."""
         return self._newest is None or self._clock() - self._newest.time_s > _OLD_S
 
@@ -255,7 +255,7 @@ class Worker:
                 self._atlas.place(ended["map"], place, self._looks.pose, self._looks.track)
                 self._looked = self._looks.newest
         self._out.facts(json.dumps({"ended": ended}).encode() + b"\n")
-        self._say()
+        self._send()
 
     def _end(self, reason: str, detail: str, map_: str = "") -> None:
         ended = {"n": self._number, "reason": reason, "detail": detail, "map": map_}

@@ -78,12 +78,12 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
             pulse_s = now_s + _PULSE_S
         if not select.select([reader], [], [], _PULSE_S)[0]:
             continue
-        said = inbox.unpack(reader.recv(inbox.LONGEST))
+        message = inbox.unpack(reader.recv(inbox.LONGEST))
         oldest_s = time.monotonic() - _OLD_S
-        if isinstance(said, Motion) and said.time_s > oldest_s:
-            odometry.motion(said)
-        elif isinstance(said, HalfTurn) and said.last_s > oldest_s:
-            piece = lidars.piece(said)
+        if isinstance(message, Motion) and message.time_s > oldest_s:
+            odometry.motion(message)
+        elif isinstance(message, HalfTurn) and message.last_s > oldest_s:
+            piece = lidars.piece(message)
             estimate = odometry.piece(piece) if piece is not None else None
             if estimate is not None:
                 out.data(json.dumps(asdict(estimate)).encode())

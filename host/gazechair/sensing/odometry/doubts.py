@@ -115,7 +115,7 @@ def is_corridor(information: FloatArray) -> bool:
     return bool(low < _LEAST_INFORMATION or low < _LEAST_SHARE * high)
 
 
-def is_told(information: FloatArray, axis: FloatArray) -> bool:
+def is_determined(information: FloatArray, axis: FloatArray) -> bool:
     """Whether the position is determined along `axis`, (2,)."""
     # Added, so that it can be inverted where nothing is told.
     return bool(axis @ np.linalg.inv(information + np.eye(2)) @ axis * _LEAST_INFORMATION < 1.0)

@@ -49,7 +49,7 @@ class Fit:
     """Share of the points that lie on a remembered surface, 0..1."""
     known: float
     """Share of the points where a surface is remembered nearby."""
-    told: Constraints
+    constraints: Constraints
     """What this match alone tells, with what is in open directions."""
     sees_speed: bool
     """Whether it tells the speed forward."""
@@ -93,8 +93,8 @@ def fit(
         which = spread[1]
         strength = robust / ((spread[0] + variance[which]) * CORRELATED)
         if iteration in (0, _COARSE):
-            told = Constraints(rows, turned[which] + state[:2], strength)
-            open_axes = together([*before, told]).open_axes()
+            constraints = Constraints(rows, turned[which] + state[:2], strength)
+            open_axes = together([*before, constraints]).open_axes()
             free, kept = _free_and_kept(open_axes, np.array((c, s)), learns)
             weight = np.linalg.inv(free.T @ covariance @ free)
             state = prior + free @ (free.T @ (state - prior))
@@ -129,7 +129,7 @@ def fit(
         information,
         float(near.sum()) / count,
         float(known),
-        told,
+        constraints,
         sees_speed,
         tuple(open_axes),
     )

@@ -15,7 +15,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import compose
-from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts, is_told
+from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts, is_determined
 from gazechair.sensing.odometry.drift import Drift
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.headings import Breaks, Heading, HeadingCheck, heading_at
@@ -283,7 +283,7 @@ class Odometry:
             known,
             fitted.old_or_turned,
             math.degrees(found.state[OFFSET]),
-            is_told(found.information, np.array((-ahead[1], ahead[0]))),
+            is_determined(found.information, np.array((-ahead[1], ahead[0]))),
             math.sqrt(ahead @ found.covariance[:2, :2] @ ahead),
             self._shared_walls.compared,
         )

@@ -44,8 +44,8 @@ class Smear:
             self._smeared_m += math.sqrt(found.covariance[FORWARD, FORWARD]) * dt_s
         if self._smeared_m < _SMEARED_M or self._error_deg > _BUMPED_DEG:
             return False
-        told = sum(float(one.strength @ (one.rows @ self._along) ** 2) for one in turn)
-        if told < LEAST:
+        information = sum(float(one.strength @ (one.rows @ self._along) ** 2) for one in turn)
+        if information < LEAST:
             return False
         self._smeared_m = 0.0
         return True

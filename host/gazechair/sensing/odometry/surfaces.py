@@ -71,7 +71,7 @@ class Surfaces:
 
     def note(self, at_s: float, found: Fit) -> None:
         """Later fits of the same turn count with what this one told."""
-        self._turn.take(at_s, found.told)
+        self._turn.take(at_s, found.constraints)
         self._open = found.open_axes
         self._begins_anew |= self._smear.take(at_s, found, self._turn.until(at_s))
 

@@ -67,8 +67,8 @@ def unpack(data: bytes) -> HomeMap:
 
 def _name(files: Mapping[str, bytes], yaml: str) -> str:
     """Any name is accepted: it can be changed on the page."""
-    told = json_text.parse(files[PLACES]).get("name") if PLACES in files else None
-    for name in (told, PurePosixPath(yaml).stem):
+    stored_name = json_text.parse(files[PLACES]).get("name") if PLACES in files else None
+    for name in (stored_name, PurePosixPath(yaml).stem):
         try:
             return name_of(name)
         except EditRefused:
