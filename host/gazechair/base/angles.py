@@ -1,4 +1,4 @@
-"""Wraps angles to one turn: from 0 to a full turn, or from minus half a turn to half a turn."""
+"""Angles brought into one turn: from 0 to a turn, or from half a turn back to half a turn on."""
 
 from __future__ import annotations
 
