@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gazechair.going.lattice import Lattice
+from gazechair.going.mission import PLANNING
 from gazechair.going.plan import NO_WAY, Planner
 from gazechair.going.planning import Planned, Planning
 from gazechair.going.way import NoWay, Way
@@ -119,3 +120,22 @@ def test_another_goal_does_not_wait_for_a_plan_to_the_one_before() -> None:
     assert chair.mission.way is not old
     assert chair.mission.way_to_goal is not None
     assert chair.mission.way_to_goal.points_m[-1].tolist() == [6.5, 1.5]
+
+
+def test_a_plan_from_where_the_chair_only_was_believed_to_be_is_not_taken() -> None:
+    later, chair = Later(), GoingChair(floor(TWO_ROOMS), START)
+    chair.mission.go(GOAL)
+    chair.run(6.0)
+    chair.mission.submit = later.submit
+    chair.mission.go((6.5, 1.0, 0.0))
+    chair.step()
+    x, y, heading = chair.pose
+    chair.chair.place(x - 0.5, y, math.degrees(heading))
+    chair.step()
+    later.run(0)
+    chair.step()
+    assert chair.mission.state == PLANNING
+    later.run(1)
+    chair.step()
+    assert chair.mission.way is not None
+    assert chair.mission.way.points_m[0][0] < x - 0.1
