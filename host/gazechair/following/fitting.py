@@ -19,9 +19,9 @@ from gazechair.base.polyline import evenly
 from gazechair.following.trail import FREE, KEEP_M, STEP_M, Point, Room, Trail
 from gazechair.going.costmap import Costmap
 from gazechair.going.outline import outline
-from gazechair.going.plan import GOAL_BLOCKED, NO_LEG_M, Planner, Pose
+from gazechair.going.plan import GOAL_BLOCKED, Planner, Pose
 from gazechair.going.smooth import turn_poses
-from gazechair.going.way import Way
+from gazechair.going.way import NO_LEG_M, Way
 
 Planned = tuple[list[Point], Point]
 """A path, and the point of the person's path at which it ends."""

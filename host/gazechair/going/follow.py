@@ -15,18 +15,18 @@ import numpy as np
 from gazechair.going.bends import RATE_RAD_S, Bend
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.pace import PERIOD_S, Pace
-from gazechair.going.plan import ARRIVED_M, NO_LEG_M, Pose, Way
+from gazechair.going.plan import ARRIVED_M, Pose, Way
 from gazechair.going.rolled import along
 from gazechair.going.rolls_into import Rolling
 from gazechair.going.spot_turn import SpotTurn
 from gazechair.going.steering import MISS_M, NARROW_M, STEER_MOST_RAD, TURNS_DEG_S, Steering, miss_m
+from gazechair.going.way import NO_AIM_M, NO_LEG_M, on_leg
 
 _TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the goal
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
 _TURN_AGAIN_RAD = math.radians(20.0)
 _SHORT_M = 0.3  # a leg may end this much early, but at most by half of it
 _OFF_M = 0.30  # farther from its leg, a new plan is needed
-_LOOK_M = 1.0
 _JAMS_M, _BETTER_M = 0.035, 0.01  # less clearance straight ahead, and more along the leg: re-aim
 _AIM_LEFT_M, _AIM_AGAIN_M = 0.5, 0.5
 _WIDE_M = 0.30  # clearance that permits less exact turns
@@ -39,8 +39,6 @@ _SHARP_RAD, _SHARP_M_S = math.radians(8.0), 0.22
 _STANDS_M_S, _ROLLS_M_S = 0.06, 0.12  # slower: request the turn, which begins after the dead time
 _ENDS_DEG_S = 5.0  # with a slower turn, it may begin a leg
 _END_M, _END_WIDE_M = 0.02, 0.06
-_NO_AIM_M = 0.05  # nearer to its leg's end, the chair no longer turns towards that
-_ALONG_M = 0.4  # nearer to its leg's end, only the leg's direction counts
 
 
 @dataclass(frozen=True)
@@ -99,15 +97,19 @@ class Follower:
         `steers`: nor if it begins some degrees aside, as there is room to steer into it.
         `turns_rolling`: there is room to turn to it while the chair still brakes.
         """
-        a, b = way.points_m[:2]
-        off = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - pose[2], 2.0 * math.pi)
-        aligned = abs(off) < (_STEERS_RAD if steers else _RUNS_OUT_RAD) and not way.backward
-        aligned = aligned and self._linear.speed > -_STANDS_M_S
+        aligned = self.leads_on(way, pose, steers)
         self._way, self._at, self._turning, self._unbent = way, 0, not aligned, 0
         self._turns_rolling = turns_rolling
         self.lost_way = self.arrived = False
         self._aimed_m = -math.inf  # at once, if need be
         self._spot.start()
+
+    def leads_on(self, way: Way, pose: Pose, steers: bool) -> bool:
+        """Whether a path begins so nearly straight on that no turn comes first; see `take`."""
+        a, b = way.points_m[:2]
+        off = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - pose[2], 2.0 * math.pi)
+        aligned = abs(off) < (_STEERS_RAD if steers else _RUNS_OUT_RAD) and not way.backward
+        return aligned and self._linear.speed > -_STANDS_M_S
 
     def rolling(self, pose: Pose) -> Rolling | None:
         """How the chair rolls; None: so slowly, or backward, that it may as well stop."""
@@ -123,6 +125,10 @@ class Follower:
     def press(self) -> None:
         """Another press: that the board ends the output of the one before refuses nothing."""
         self._last_stick = STOP
+
+    def rests(self, pose: Pose) -> Pose:
+        """Where the chair comes to rest if it is released now."""
+        return along(pose, self._linear.runs(0.0, 0.0), math.radians(self._turn.runs(0.0, 0.0)))
 
     def drop(self) -> None:
         """Drop the path."""
@@ -183,17 +189,7 @@ class Follower:
         points = self._way.points_m
         if self._at >= len(points) - 1:
             return self._way.heading_rad
-        a, b = points[self._at], points[self._at + 1]
-        if float(np.hypot(*(b - a))) < NO_LEG_M:
-            return None
-        along_m, _across, length = _on_leg(a, b, pose)
-        if length - along_m < _NO_AIM_M:
-            return None
-        aim = a + (b - a) * (min(length, along_m + max(_LOOK_M, 0.5 * length)) / length)
-        heading = math.atan2(aim[1] - pose[1], aim[0] - pose[0])
-        if length - along_m < _ALONG_M:
-            heading = math.atan2(b[1] - a[1], b[0] - a[0])
-        return heading + math.pi if self.backward else heading
+        return self._way.aim_rad(self._at, pose)
 
     def _turn_on_spot(self, pose: Pose, room_m: float) -> Stick:
         assert self._way is not None
@@ -244,7 +240,7 @@ class Follower:
         then, later_rad = self._then(pose)
         bend = self._way.bend(self._at + 1) if self._at + 1 != self._unbent else None
         a, b = points[self._at], points[self._at + 1]
-        along_m, across, length = _on_leg(a, b, then)
+        along_m, across, length = on_leg(a, b, then)
         left_m = length - along_m
         if bend is not None and self._vain_s >= _NO_BEND_S:
             self._vain_s = 0.0
@@ -273,7 +269,7 @@ class Follower:
             self.lost_way = True
             return STOP
         if abs(error) > _TURN_AGAIN_RAD + STEER_MOST_RAD:
-            if left_m < _NO_AIM_M:
+            if left_m < NO_AIM_M:
                 return self._end_leg()
             self._begin_turn()
             return STOP
@@ -385,16 +381,3 @@ class Follower:
 
 def _on_spot(stick: Stick) -> bool:
     return bool(stick.turn_permille and not stick.linear_permille)
-
-
-def _on_leg(
-    a: np.ndarray, b: np.ndarray, pose: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    """Along, across (left of the leg positive) and its length."""
-    dx, dy = float(b[0] - a[0]), float(b[1] - a[1])
-    length = math.hypot(dx, dy)
-    if length < 1e-9:
-        return 0.0, 0.0, 0.0
-    ux, uy = dx / length, dy / length
-    px, py = pose[0] - float(a[0]), pose[1] - float(a[1])
-    return ux * px + uy * py, ux * py - uy * px, length

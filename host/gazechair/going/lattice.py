@@ -70,7 +70,7 @@ class Lattice:
         self._clear = self._still
         self._field: Distances | None = None
         """The distances of `_clear`; None: to be computed from the map's."""
-        self._stood = np.unique(self._nearest(costmap.standing_in_map_m), axis=0)
+        self._stood = self._cells(costmap.standing_in_map_m)
         self._stood_ahead = self._ahead_of(self._stood)
         self._standing_ahead = self._with_standing()
         self._is_prepared = False
@@ -102,14 +102,16 @@ class Lattice:
         changes, field = cost.changes, cost.distances_m  # which may change meanwhile
         if self._changes == changes:
             return
-        if self._field is None:
-            self._clear, self._field = self._still, cost.static_m
-        near = self._near_changes(self._field, field)
+        clear, before = self._clear, self._field
+        if before is None:
+            clear, before = self._still, cost.static_m
+        near = self._near_changes(before, field)
         if near.any():
-            self._clear = self._clear.copy()
-            self._clear[:, near] = self._clearances(np.flatnonzero(near))
-        self._standing_ahead = self._with_standing()
-        self._is_prepared = False
+            clear = clear.copy()
+            clear[:, near] = self._clearances(np.flatnonzero(near))
+        standing_ahead = self._with_standing()
+        # All of it, or nothing: what raises above leaves the lattice as it was.
+        self._clear, self._standing_ahead, self._is_prepared = clear, standing_ahead, False
         self._changes = changes
         self._field = field if cost.distances_m is field and cost.changes == changes else None
 
@@ -142,12 +144,16 @@ class Lattice:
 
     def _with_standing(self) -> BoolArray:
         """(HEADINGS, places): poses with a possible standing person close ahead."""
-        cells = np.unique(self._nearest(self._costmap.standing_m), axis=0)
-        new = cells[~(cells[:, None] == self._stood).all(axis=2).any(axis=1)]
+        new = np.setdiff1d(self._cells(self._costmap.standing_m), self._stood)
         return self._stood_ahead | self._ahead_of(new) if len(new) else self._stood_ahead
 
-    def _ahead_of(self, cells: Ints) -> BoolArray:
+    def _cells(self, places_m: FloatArray) -> Ints:
+        """Indices of the places' nearest cells, each once."""
+        return np.unique(self._nearest(places_m) @ (self._shape[1], 1))
+
+    def _ahead_of(self, at: Ints) -> BoolArray:
         """(HEADINGS, places): poses with one of these cells close ahead."""
+        cells = np.stack(np.divmod(at, self._shape[1]), axis=1)
         found = np.zeros((HEADINGS, *self._shape), dtype=np.bool_)
         ahead = self._costmap.ahead
         reach = math.ceil((ahead.reach_m[1] + ahead.half_m) / STEP_M)

@@ -24,7 +24,7 @@ from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
 from gazechair.going.planning import Planned, Planning, Submit
 from gazechair.going.refusals import Refusals
 from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
-from gazechair.going.rolls_into import rolled_into, turns_rolling
+from gazechair.going.rolls_into import rolled_into, turns_at_stop, turns_rolling
 from gazechair.going.smooth import refused_s
 from gazechair.going.steering import NARROW_M
 from gazechair.going.stuck import Overruled, Stuck
@@ -104,12 +104,11 @@ class Mission:
         self.goal = goal
         self._nearer = 0
         self._stuck, self._overruled, self._refused = Stuck(), Overruled(), Refusals()
-        self._hit_since_s = self._shut_since_s = None
-        self._went_round_s = -math.inf
+        self._hit_since_s, self._shut_since_s, self._went_round_s = None, None, -math.inf
         self._planning.abandon()
         self._follower.press()
         self._hurries = self.state == DRIVING
-        self._ask_plan(drives_on=self.state == DRIVING)
+        self._ask_plan(self._hurries)
 
     @property
     def turns_on_spot(self) -> bool:
@@ -199,8 +198,7 @@ class Mission:
         if self._follower.lost_way:
             self._ask_plan()
             return STOP
-        if self._follower.turns_on_spot and self._free_m < 0.05:
-            stick = STOP
+        stick = STOP if self._follower.turns_on_spot and self._free_m < 0.05 else stick
         return self._insist(at, stick, put_out, now_s)
 
     def _gap_m(self, pose: Pose) -> float:
@@ -210,6 +208,7 @@ class Mission:
     def _ask_plan(self, drives_on: bool = False) -> None:
         self._wants_plan, self._improves = True, False
         if not drives_on:
+            self._planning.abandon()  # it begins where the chair was, or was believed to be
             self.state, self.reason = PLANNING, ""
 
     def _plan(self, pose: Pose, now_s: float) -> None:
@@ -220,8 +219,9 @@ class Mission:
             self.plans += 1
             self.costmap.refresh(now_s)
             self._obstacles.suspect()
+            start = self._follower.rests(pose) if self.state == PLANNING else pose
             goal, refused, hurry = self.goal, self._refused.all, self._hurries
-            self._planning.begin(lambda over: self.planner.plan(pose, goal, refused, hurry, over))
+            self._planning.begin(lambda over: self.planner.plan(start, goal, refused, hurry, over))
         found = self._planning.take()
         if found is None:
             return
@@ -240,6 +240,10 @@ class Mission:
             return
         if hurried or improves:
             found = self._roll_into(found, pose)
+            if found is None and hurried:
+                self._ask_plan()  # from where it stops
+            if found is None:
+                return
         else:
             self._follower.take(found, pose)
         self.way, self._way_to = found, self.goal
@@ -248,8 +252,8 @@ class Mission:
         if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
 
-    def _roll_into(self, found: Way, pose: Pose) -> Way:
-        """Follow the path from a chair that may roll, with a bend into it where that has room."""
+    def _roll_into(self, found: Way, pose: Pose) -> Way | None:
+        """Follow the path, bent into where the chair rolls; None: a turn to it has no room."""
         self._checked_s = -math.inf  # whoever walks there was not in the path before
         rolling = self._follower.rolling(pose)
         if rolling is None:
@@ -258,7 +262,11 @@ class Mission:
         turns = turns_rolling(self.costmap, found, rolling)
         found = rolled_into(self.costmap, found, rolling) or found
         ahead = look_ahead(self.costmap, self._obstacles.people, self.footprint, found, 0, pose)
-        self._follower.take(found, pose, ahead.room_m > NARROW_M, turns)
+        steers = ahead.room_m > NARROW_M
+        goes_on = turns or self._follower.leads_on(found, pose, steers)
+        if not (goes_on or turns_at_stop(self.costmap, found, rolling)):
+            return None
+        self._follower.take(found, pose, steers, turns)
         return found
 
     def _is_better(self, found: Planned) -> bool:

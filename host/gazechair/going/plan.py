@@ -35,7 +35,7 @@ from gazechair.going.smooth import (
     turn_poses,
     turn_refused,
 )
-from gazechair.going.way import NoWay, Way
+from gazechair.going.way import NO_LEG_M, NoWay, Way
 
 __all__ = ["GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoWay", "Planner", "Pose", "Refused", "Way"]
 
@@ -43,8 +43,6 @@ GOAL_BLOCKED, START_BLOCKED, NO_WAY = "going_goal_blocked", "going_start_blocked
 
 ARRIVED_M = 0.12
 """Nearer to the goal, the chair has arrived."""
-NO_LEG_M = 0.03
-"""A shorter leg is not driven."""
 _HERE_M, _HERE_RAD = 0.08, math.radians(5.0)  # nearer: no leg, and no turn that may be refused
 LEAST_M = -0.01
 """Least clearance of a path, by the map, whose own error is as large; the board guards the rest."""

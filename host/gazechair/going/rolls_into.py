@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gazechair.base.footprint import FloatArray
 from gazechair.going.bends import CLEAR_M, Bend, Point, bend_at, has_room
 from gazechair.going.costmap import Costmap
-from gazechair.going.smooth import ALONG_M, Pose, turn_poses
+from gazechair.going.rolled import along
+from gazechair.going.smooth import ALONG_M, TURN_M, Pose, turn_poses
 from gazechair.going.way import Way
 
 _LEAST_RAD, _MOST_RAD = math.radians(5.0), math.radians(100.0)
@@ -60,13 +62,29 @@ def turns_rolling(costmap: Costmap, way: Way, rolling: Rolling) -> bool:
     a, b = way.points_m[:2]
     if way.backward or float(np.hypot(*(b - a))) < _STRAIGHT_AFTER_M:
         return False
-    x, y, heading = rolling.pose
-    turn = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - heading, 2.0 * math.pi)
     along_m = np.linspace(0.0, rolling.stops_m, max(2, int(rolling.stops_m / ALONG_M) + 1))
-    _, _, turned = turn_poses(rolling.pose, heading + turn)
+    return _turns_m(costmap, way, rolling, along_m) >= CLEAR_M
+
+
+def turns_at_stop(costmap: Costmap, way: Way, rolling: Rolling) -> bool:
+    """Whether the board will allow the turn to the path's first leg where the chair stops."""
+    return _turns_m(costmap, way, rolling, np.array([rolling.stops_m])) >= TURN_M
+
+
+def _turns_m(costmap: Costmap, way: Way, rolling: Rolling, along_m: FloatArray) -> float:
+    """Least clearance in the turn to the first leg, at places `along_m` (N,) straight ahead.
+
+    The chair aims at a point on the leg: the farther it rolls past that, the more it turns.
+    """
+    x, y, heading = rolling.pose
+    stops = along(rolling.pose, rolling.stops_m, 0.0)
+    aims = [way.aim_rad(0, pose) for pose in (rolling.pose, stops)]
+    turns = [math.remainder(aim - heading, 2.0 * math.pi) for aim in aims if aim is not None]
+    if len(turns) < len(aims):
+        return -math.inf  # it rolls past the leg: which turn comes next is not known
+    _, _, turned = turn_poses(rolling.pose, heading + max(turns, key=abs))
     at = np.array((x, y)) + along_m[:, None] * (math.cos(heading), math.sin(heading))
-    clear = costmap.clearance_m(at[:, :1], at[:, 1:], turned[None, :])
-    return bool(clear.min() >= CLEAR_M)
+    return float(costmap.clearance_m(at[:, :1], at[:, 1:], turned[None, :]).min())
 
 
 def _into(costmap: Costmap, way: Way, vertex: int, rolling: Rolling, share: float) -> Way | None:

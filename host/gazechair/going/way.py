@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,13 @@ from gazechair.base.footprint import FloatArray
 from gazechair.going.bends import Bend
 from gazechair.going.smooth import PASSES_M, Pose
 
+NO_LEG_M = 0.03
+"""A shorter leg is not driven."""
+NO_AIM_M = 0.05
+"""Nearer to its leg's end, the chair no longer turns towards that."""
 _EASY_S, _EASY_S_PER_M = 20.0, 7.0
+_LOOK_M = 1.0
+_ALONG_M = 0.4  # nearer to its leg's end, only the leg's direction counts
 
 
 @dataclass(frozen=True)
@@ -39,6 +46,20 @@ class Way:
         """The arc in place of a vertex; None: a turn on the spot."""
         return self.bends[vertex] if vertex < len(self.bends) else None
 
+    def aim_rad(self, leg: int, pose: Pose) -> float | None:
+        """Heading to turn to before a leg, towards a point ahead on it; None: no turn is needed."""
+        a, b = self.points_m[leg : leg + 2]
+        if float(np.hypot(*(b - a))) < NO_LEG_M:
+            return None
+        along_m, _across, length = on_leg(a, b, pose)
+        if length - along_m < NO_AIM_M:
+            return None
+        aim = a + (b - a) * (min(length, along_m + max(_LOOK_M, 0.5 * length)) / length)
+        heading = math.atan2(aim[1] - pose[1], aim[0] - pose[0])
+        if length - along_m < _ALONG_M:
+            heading = math.atan2(b[1] - a[1], b[0] - a[0])
+        return heading + math.pi if self.backward and not leg else heading
+
     def begun_at(self, vertex: int, pose: Pose) -> Way:
         """The same path with its leg from `vertex` beginning at `pose`; the goal stays."""
         if vertex >= len(self.points_m) - 1:
@@ -60,3 +81,14 @@ class NoWay:
     """There is no path; `reason` is a key of the string tables."""
 
     reason: str
+
+
+def on_leg(a: FloatArray, b: FloatArray, pose: Pose) -> tuple[float, float, float]:
+    """Along, across (left of the leg positive) and its length."""
+    dx, dy = float(b[0] - a[0]), float(b[1] - a[1])
+    length = math.hypot(dx, dy)
+    if length < 1e-9:
+        return 0.0, 0.0, 0.0
+    ux, uy = dx / length, dy / length
+    px, py = pose[0] - float(a[0]), pose[1] - float(a[1])
+    return ux * px + uy * py, ux * py - uy * px, length

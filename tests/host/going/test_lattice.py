@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -93,3 +95,52 @@ def test_refresh_and_use_prepare_once(costmap: Costmap, monkeypatch: pytest.Monk
     lattice.use(LOOSE_M, 0.04, ())
     lattice.use(LOOSE_M, 0.04, ())
     assert times == [1]
+
+
+def test_random_changes_one_after_the_other(costmap: Costmap) -> None:
+    chance, lattice, now_s = np.random.default_rng(1), Lattice(costmap), 0.0
+    for _ in range(12):
+        now_s += chance.choice((0.3, 1.0, 3.0, 7.0))
+        at = chance.uniform((0.5, 0.5), (7.5, 3.5))
+        points_m = at + chance.normal(
+            0.0, chance.choice((0.03, 0.5)), (int(chance.choice((3, 60))), 2)
+        )
+        if chance.random() < 0.3:
+            costmap.forget(*at, 1.0)
+        else:
+            costmap.see(points_m, now_s, (at[0], at[1]))
+        if chance.random() < 0.5:
+            costmap.suspect(points_m)
+        costmap.refresh(now_s)
+        lattice.refresh()
+        assert is_as_anew(lattice, costmap)
+
+
+def test_a_refresh_that_raises_leaves_it_as_it_was(
+    costmap: Costmap, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lattice = Lattice(costmap)
+    see(costmap, BOX_M, 0.0)
+    with monkeypatch.context() as patched:
+        patched.setattr(lattice, "_ahead_of", too_much)
+        with pytest.raises(MemoryError):
+            lattice.refresh()
+    costmap.refresh(30.0)  # the box is gone
+    lattice.refresh()
+    assert is_as_anew(lattice, costmap)
+
+
+def too_much(_: object) -> None:
+    raise MemoryError
+
+
+def test_many_possible_persons_need_little_memory() -> None:
+    posts = [(x, y, x + 0.1, y + 0.1) for x in np.arange(1, 14, 0.4) for y in np.arange(1, 14, 0.4)]
+    costmap = floor(posts, (15.0, 15.0))
+    lattice = Lattice(costmap)
+    costmap.suspect(costmap.standing_m[::20] + 0.2)
+    tracemalloc.start()
+    lattice.refresh()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 15e6

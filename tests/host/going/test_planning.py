@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gazechair.going.lattice import Lattice
+from gazechair.going.mission import ARRIVED, PLANNING
 from gazechair.going.plan import NO_WAY, Planner
 from gazechair.going.planning import Planned, Planning
 from gazechair.going.way import NoWay, Way
@@ -119,3 +120,44 @@ def test_another_goal_does_not_wait_for_a_plan_to_the_one_before() -> None:
     assert chair.mission.way is not old
     assert chair.mission.way_to_goal is not None
     assert chair.mission.way_to_goal.points_m[-1].tolist() == [6.5, 1.5]
+
+
+def test_a_plan_from_where_the_chair_only_was_believed_to_be_is_not_taken() -> None:
+    later, chair = Later(), GoingChair(floor(TWO_ROOMS), START)
+    chair.mission.go(GOAL)
+    chair.run(6.0)
+    chair.mission.submit = later.submit
+    chair.mission.go((6.5, 1.0, 0.0))
+    chair.step()
+    x, y, heading = chair.pose
+    chair.chair.place(x - 0.5, y, math.degrees(heading))
+    chair.step()
+    later.run(0)
+    chair.step()
+    assert chair.mission.state == PLANNING
+    later.run(1)
+    chair.step()
+    assert chair.mission.way is not None
+    assert chair.mission.way.points_m[0][0] < x - 0.1
+
+
+def test_where_it_stops_beside_a_table_it_plans_anew_before_it_turns() -> None:
+    """The plan to the other goal began 0.5 m farther back, where there is room to turn."""
+    table = ((3.8, 2.16, 4.55, 2.53),)
+    later, chair = Later(), GoingChair(floor(table, (8.25, 4.05)), (5.95, 1.68, math.pi))
+    chair.mission.go((2.45, 1.68, math.pi))
+    while chair.pose[0] > 5.64:
+        chair.step()
+    chair.mission.submit = later.submit
+    chair.mission.go((6.56, 2.57, 1.34))
+    done = 0
+    for k in range(1200):
+        chair.step()
+        if k % 30 == 29:
+            for number in range(done, len(later.jobs)):
+                later.run(number)
+            done = len(later.jobs)
+        if chair.mission.state == ARRIVED:
+            break
+    assert chair.mission.state == ARRIVED
+    assert chair.least_m > 0.03

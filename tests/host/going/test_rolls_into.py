@@ -11,7 +11,7 @@ import pytest
 from gazechair.going.bends import RATE_RAD_S, Bend, Point
 from gazechair.going.mission import ARRIVED, DRIVING
 from gazechair.going.plan import Pose, Way
-from gazechair.going.rolls_into import Rolling, rolled_into, turns_rolling
+from gazechair.going.rolls_into import Rolling, rolled_into, turns_at_stop, turns_rolling
 from goingrig import TWO_ROOMS, Box, GoingChair, floor
 
 pytestmark = pytest.mark.costly
@@ -64,6 +64,22 @@ def test_it_turns_while_it_brakes_where_any_heading_is_free() -> None:
 )
 def test_it_stops_before_it_turns_where_something_is_beside_its_way_to_the_stop(box: Box) -> None:
     assert not turns_rolling(floor((box,), HALL), BEHIND, ROLLS)
+
+
+def test_to_a_near_place_that_it_rolls_past_it_turns_farther_than_to_the_leg() -> None:
+    near = replace(ASIDE, points_m=np.array([(2.6, 2.0), (2.95, 2.6)]))
+    assert turns_rolling(floor((), HALL), near, ROLLS)
+    behind = floor(((2.2, 2.5, 2.4, 2.7),), HALL)  # in reach of a turn by more than 75 degrees
+    assert not turns_rolling(behind, near, ROLLS)
+    assert turns_at_stop(behind, near, ROLLS)
+
+
+def test_where_it_stops_it_turns_only_with_room_and_to_a_leg_that_it_does_not_pass() -> None:
+    assert turns_at_stop(floor((), HALL), BEHIND, ROLLS)
+    assert not turns_at_stop(floor(((3.2, 2.5, 3.6, 2.9),), HALL), BEHIND, ROLLS)
+    assert not turns_at_stop(
+        floor((), HALL), replace(ASIDE, points_m=np.array([(2.6, 2.0), (3.2, 2.0)])), ROLLS
+    )
 
 
 def test_it_stops_before_a_turn_to_a_path_that_begins_backward_or_with_no_leg() -> None:
