@@ -311,8 +311,7 @@ class Mission:
 
     def _give_up(self, reason: str, now_s: float) -> None:
         self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
-        self._refused = Refusals()
-        self._stuck = Stuck()
+        self._stuck, self._refused = Stuck(), Refusals()
         self._shut_since_s = self._way_to = None
         self._follower.drop()
 
