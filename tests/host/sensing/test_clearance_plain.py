@@ -136,6 +136,23 @@ def test_smoothing_is_the_mean_of_what_is_near(seed: int, noise_m: float) -> Non
             centre = total / count if count else centre
         expected[beam] = centre
     assert seen.ranges_m.tobytes() == expected.tobytes()
+    stretched = offset.T * (expected / ranges) + np.array(((0.4,), (0.1,)))
+    assert seen.points_m.T.tobytes() == stretched.tobytes()
+    turns = np.append(bearings[1:], bearings[:1] + TURN) - bearings
+    assert seen.turns_rad.tobytes() == turns.tobytes()
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("chair", CHAIRS)
+def test_alongside_is_what_the_side_margin_holds(chair: Footprint, seed: int) -> None:
+    points = points_around(seed)
+    points[100:300] = chair.body[0] * (0.3, 1.0) + np.linspace(-0.1, 0.1, 200)[:, None]
+    expected = chair.contains(points) & ~inside(chair.body, points)
+    expected &= (np.abs(points[:, 1]) <= chair.half_width_m) & (
+        (points[:, 0] > chair.body[:, 0].min()) & (points[:, 0] < chair.body[:, 0].max())
+    )
+    assert expected.any()
+    assert Sweeps(chair).alongside(points).tolist() == expected.tolist()
 
 
 @pytest.mark.parametrize("seed", range(4))

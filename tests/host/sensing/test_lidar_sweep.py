@@ -132,6 +132,55 @@ def test_degrees_that_were_lost_show_both_turns_before_and_only_once(
     assert at(back, *inner) == {6.0}
 
 
+@settings(deadline=None)
+@given(st.integers(0, 1 << 32), st.booleans())
+def test_whatever_is_lost_a_scan_is_the_plain_formula(seed: int, jumps: bool) -> None:
+    random = np.random.default_rng(seed)
+    sweep, pieces = Sweep(), [[np.zeros((3, 0))]] * 4
+    for number in range(24):
+        first = number * 400
+        nodes = piece(first, 400, random.uniform(1.0, 5.0))
+        raw_deg = -nodes.angles_deg % 360.0 + random.uniform(-0.1, 0.1, 400) * jumps
+        lost_deg = random.uniform(0.0, 360.0)
+        kept = (raw_deg - lost_deg) % 360.0 > random.choice((0.0, 3.0, 20.0))
+        kept[0] = True
+        angles_deg = (180.0 - raw_deg[kept]) % 360.0 - 180.0
+        nodes = Nodes(angles_deg, nodes.distances_m[kept], nodes.starts[kept], nodes.backlog[kept])
+        now_s = (first + 400) * NODE_PERIOD_S
+        scan = sweep.add(nodes, now_s)
+        times_s = now_s - nodes.backlog * NODE_PERIOD_S
+        if nodes.starts[0]:
+            pieces = [[], *pieces[:3]]
+        pieces[0] = [*pieces[0], np.stack((angles_deg, nodes.distances_m, times_s))]
+        plain = plainly([np.concatenate(turn, axis=1) for turn in pieces])
+        assert scan is not None
+        assert scan.angles_deg.tobytes() == plain[0].tobytes()
+        assert scan.distances_m.tobytes() == plain[1].tobytes()
+        assert scan.acquired_s == plain[2].min()
+
+
+def plainly(turns: list[np.ndarray]) -> np.ndarray:
+    """The scan of turns, newest first: the rows of all its nodes are angle, distance, time."""
+    steps = (np.diff(turns[0][0]) + 180.0) % 360.0 - 180.0
+    first_deg = -turns[0][0, 0] % 360.0
+    reached_deg = first_deg - 360.0 * (first_deg > 355.0) - steps.sum()
+
+    def view(back: int) -> np.ndarray:
+        newer, older = turns[back : back + 2]
+        newer = newer[:, -newer[0] % 360.0 <= reached_deg] if back else newer
+        return np.concatenate((newer, older[:, -older[0] % 360.0 > reached_deg]), axis=1)
+
+    def has(nodes: np.ndarray) -> np.ndarray:
+        return np.bincount(np.floor(nodes[0] + 180.0).astype(int), minlength=360) > 0
+
+    whole, before, oldest = view(0), view(1), view(2)
+    filled = ~has(whole) & has(before) & has(oldest)
+    again = before[:, filled[np.floor(before[0] + 180.0).astype(int)]]
+    still = oldest[:, filled[np.floor(oldest[0] + 180.0).astype(int)] & (oldest[1] > 0.0)]
+    still[2] = np.inf
+    return np.concatenate((whole, again, still), axis=1)
+
+
 def test_its_turning_rate_is_measured() -> None:
     sweep = Sweep()
     run(sweep, 0, 5 * PER_TURN, 100)

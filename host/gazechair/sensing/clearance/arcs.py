@@ -209,7 +209,9 @@ class _Grid:
 
     def find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
         """Indices of the (2, N) points in it, and the table row of each of them."""
-        cells = np.floor((points_m - self._corner) * (1.0 / self._cell_m)).astype(np.int64)
+        places = points_m - self._corner
+        places *= 1.0 / self._cell_m
+        cells = np.floor(places, out=places).astype(np.int64)
         # Unsigned, a cell before the first one is far beyond the last one.
         within = cells.view(np.uint64) < self._counts
         fits = (within[0] & within[1]).nonzero()[0]

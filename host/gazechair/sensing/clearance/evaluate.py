@@ -61,7 +61,7 @@ class Evaluator:
             if view is not self._judged[at][0]:
                 others = (*self._lidars[:at], *self._lidars[at + 1 :])
                 self._judged[at] = (view, self._lidars[at].update(view, others))
-        least = [min(reach[way] for _, reach in self._judged) for way in range(len(_PLAY))]
+        least = map(min, zip(*(reach for _, reach in self._judged), strict=True))
         self._steady = [_steady(*values) for values in zip(self._steady, least, _PLAY, strict=True)]
         forward_m, backward_m, left_deg, right_deg = self._steady
         states = [view.states for view in views]

@@ -93,7 +93,7 @@ class LidarReach:
         seen = surfaces(view.points_m, view.origin_m, view.polar)
         contacts = self._sweeps.contacts(seen.points_m)
         lone = seen.lone.nonzero()[0]
-        speckle = lone[np.isfinite(contacts[lone]).any(axis=1)]
+        speckle = lone[contacts.T.take(lone, axis=1).min(axis=0) < math.inf]
         doubted = speckle[~self._speckles.again(seen.points_m[speckle], view.acquired_s)]
         self.arcs = self._arcs_of(seen, contacts, view.acquired_s)
         if len(doubted):

@@ -78,11 +78,18 @@ def surfaces(
     bearings, ranges = polar
     noise = noise_m(ranges)
     smooth = _smoothed(bearings, ranges, noise)
-    turns, steps = np.concatenate((polar[:, 1:], polar[:, :1] + _ROUND), axis=1) - polar
+    apart = np.empty_like(polar)
+    np.subtract(polar[:, 1:], polar[:, :-1], out=apart[:, :-1])
+    apart[:, -1:] = polar[:, :1] + _ROUND - polar[:, -1:]
+    turns, steps = apart
     alike = (np.abs(steps) < _ALIKE_M) & (turns < _NEXT_RAD) & (turns > 0.0)
     lone = ~(alike | np.concatenate((alike[-1:], alike[:-1])))
-    points = offset * (smooth / np.maximum(ranges, 1e-9)) + origin
-    return Surfaces(points.T, smooth, bearings, turns, lone, noise)
+    # In place: at this size, fresh memory takes longer than the computation.
+    stretch = np.maximum(ranges, 1e-9)
+    np.divide(smooth, stretch, out=stretch)
+    offset *= stretch
+    offset += origin
+    return Surfaces(offset.T, smooth, bearings, turns, lone, noise)
 
 
 def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatArray:

@@ -137,13 +137,14 @@ class Sweeps:
 
     def alongside(self, points_m: FloatArray) -> BoolArray:
         """Which of the (N, 2) points are within the side margin: neither ahead nor behind."""
-        found = (points_m[:, 0] > self._low[0]) & (points_m[:, 0] < self._high[0])
-        found &= np.abs(points_m[:, 1]) <= self._footprint.half_width_m
-        chosen = found.nonzero()[0]
+        found = np.zeros(len(points_m), dtype=np.bool_)
+        chosen = (np.abs(points_m[:, 1]) <= self._footprint.half_width_m).nonzero()[0]
+        x = points_m[:, 0].take(chosen)
+        chosen = chosen.compress((x > self._low[0]) & (x < self._high[0]))
         if len(chosen):
             near = _pick(points_m, chosen)
             found[chosen] = self._footprint.contains(near) & ~inside(self._footprint.body, near)
-        return np.asarray(found)
+        return found
 
     def _boxed(self, points: FloatArray, more_m: float) -> NDArray[np.int64]:
         """Which points are within the body's box grown by `more_m`."""

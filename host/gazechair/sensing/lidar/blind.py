@@ -75,7 +75,7 @@ class Blindness:
         for first, count in runs((measured == 0) & ~masked):
             if count > UNMEASURED_DEG:
                 blind[(first + np.arange(count)) % BINS] = True
-        states = np.where(blind, BLIND, SEEN).astype(np.uint8)
+        states = blind * np.uint8(BLIND)  # SEEN is 0
         states[masked] = MASKED
         return states
 

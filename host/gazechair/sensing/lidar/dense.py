@@ -128,8 +128,9 @@ class CapsuleDecoder:
             whole = heads[:-1] & heads[1:] & _checksum_fits(rows)
             good = count if np.count_nonzero(whole) == count else int(whole.argmin())
             pieces.append(rows[:good])
-            places.append(self._at + at + CAPSULE_SIZE * np.arange(good, dtype=np.int64))
+            first = self._at + at
             at += good * CAPSULE_SIZE
+            places.append(np.arange(first, self._at + at, CAPSULE_SIZE, dtype=np.int64))
             if good == count:
                 break
             self.resyncs += 1
@@ -237,8 +238,9 @@ class CapsuleDecoder:
         high = (height > _SPIKE_M).nonzero()[0]
         # Most are edges: both jumps go the same way, or one of the three distances is no return.
         jumped = jumps.take(high) * jumps.take(high + 1) < 0.0
-        jumped &= line.take(high + _THREE).all(axis=0)
         high = high.compress(jumped)
+        if len(high):
+            high = high.compress(line.take(high + _THREE).all(axis=0))
         if not len(high):
             return None
         stands_out = np.zeros(len(height), dtype=np.bool_)

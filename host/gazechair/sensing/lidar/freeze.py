@@ -14,6 +14,7 @@ from gazechair.sensing.lidar.nodes import FloatArray, Nodes
 
 _BINS = 360
 _QUARTER = 90
+_QUARTER_OF = (np.arange(_BINS) // _QUARTER).astype(np.uint8)
 _SAME_SHARE = 0.9
 _LEAST_BINS = 20  # degrees of a quarter that must have returns for a verdict
 _QUARTERS = 2  # unchanged quarters in a row: frozen
@@ -37,7 +38,7 @@ class FreezeWatch:
         if not len(nodes):
             return
         bins = np.minimum((nodes.angles_deg + 180.0).astype(np.int64), _BINS - 1)
-        quarters = bins // _QUARTER
+        quarters = _QUARTER_OF.take(bins)
         others = (quarters[1:] != quarters[:-1]).nonzero()[0] + 1
         for first, last in pairwise((0, *others.tolist(), len(bins))):
             if quarters[first] != self._quarter:

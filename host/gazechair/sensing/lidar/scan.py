@@ -20,6 +20,7 @@ __all__ = [
     "BINS",
     "BLIND",
     "MASKED",
+    "PLACED_ROWS",
     "SEEN",
     "Arc",
     "ChairView",
@@ -30,9 +31,10 @@ __all__ = [
     "view_of",
 ]
 
-# Rows of a Placing's result. A code is _KINDS * bin of the chair's frame + kind of measurement.
-_CODE, _X, _Y, _BEARING, _RANGE = range(5)
-_KINDS = 4  # a power of two
+# Rows of a Placing's result. A code is BINS * kind of measurement + bin of the chair's frame.
+PLACED_ROWS = 5
+_CODE, _X, _Y, _BEARING, _RANGE = range(PLACED_ROWS)
+_KINDS = 4
 _IN_MASK, _NOTHING, _AT_WINDOW, _RETURNED = range(_KINDS)
 
 
@@ -104,10 +106,16 @@ class Placing:
         self._mask = tuple((first, last) for first, last in mask)
         self.masked_bins = _masked_bins(pose, self._mask)
 
-    def __call__(self, angles_deg: FloatArray, distances_m: FloatArray) -> FloatArray:
-        """(5, N): code, x, y, bearing and range of each; the last four only for returns."""
+    def __call__(
+        self, angles_deg: FloatArray, distances_m: FloatArray, found: FloatArray | None = None
+    ) -> FloatArray:
+        """(5, N): code, x, y, bearing and range of each; x, y and bearing only for returns.
+
+        `found` takes the result.
+        """
         pose = self.pose
-        found = np.empty((5, len(angles_deg)))
+        if found is None:
+            found = np.empty((PLACED_ROWS, len(angles_deg)))
         directions_deg = pose.directions_deg(angles_deg)
         bins = np.minimum((directions_deg + 180.0).astype(np.int64), BINS - 1)
         kinds = (distances_m > 0.0).astype(np.int64)
@@ -115,7 +123,8 @@ class Placing:
         kinds += _NOTHING
         if self._mask:
             kinds *= ~in_arcs(angles_deg, self._mask)  # _IN_MASK is 0
-        found[_CODE] = _KINDS * bins + kinds
+        kinds *= BINS
+        np.add(kinds, bins, out=found[_CODE], casting="unsafe")
         x, y, bearings = found[_X], found[_Y], found[_BEARING]
         np.radians(directions_deg, out=bearings)
         np.multiply(np.cos(bearings, out=x), distances_m, out=x)
@@ -144,18 +153,19 @@ def view_of(scan: Scan, placing: Placing, blindness: Blindness | None = None) ->
     if placed is None:
         placed = placing(scan.angles_deg, scan.distances_m)
     codes = placed[_CODE].astype(np.int64)
-    counts = np.bincount(codes, minlength=_KINDS * BINS).reshape(BINS, _KINDS)
-    chosen = (codes & (_KINDS - 1) == _RETURNED).nonzero()[0]
+    counts = np.bincount(codes, minlength=_KINDS * BINS).reshape(_KINDS, BINS)
+    chosen = (codes >= _RETURNED * BINS).nonzero()[0]
 
     def nearest_m() -> FloatArray:
         found = np.full(BINS, np.inf)
-        np.minimum.at(found, codes.take(chosen) // _KINDS, scan.distances_m.take(chosen))
+        bins = codes.take(chosen) - _RETURNED * BINS
+        np.minimum.at(found, bins, scan.distances_m.take(chosen))
         return found
 
     states = (blindness or Blindness()).judge(
-        counts[:, _NOTHING],
-        counts[:, _AT_WINDOW],
-        counts[:, _RETURNED],
+        counts[_NOTHING],
+        counts[_AT_WINDOW],
+        counts[_RETURNED],
         placing.masked_bins,
         scan.acquired_s,
         nearest_m,

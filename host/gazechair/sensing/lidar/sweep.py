@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gazechair.base.angles import in_turn_if_near
 from gazechair.sensing.lidar.nodes import FloatArray, Nodes, wrapped_steps
-from gazechair.sensing.lidar.scan import BINS, Placing, Scan
+from gazechair.sensing.lidar.scan import BINS, PLACED_ROWS, Placing, Scan
 from gazelink import codes
 
 NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
@@ -21,8 +21,8 @@ _JITTER_DEG = 5.0  # of the angle at which a turn starts
 _KEPT = 3  # turns kept besides the one in progress
 _NONE: FloatArray = np.zeros(0)
 
-_ROWS = 3
-_Nodes = FloatArray  # (_ROWS, N): angles, distances, times; then the placing's rows
+_Nodes = FloatArray  # rows of all nodes: angles, times, the placing's if there is one
+_ANGLE, _TIME, _PLACED, _DISTANCE = 0, 1, 2, -1  # the placing's last row are the distances
 
 
 class Sweep:
@@ -76,10 +76,10 @@ class Sweep:
 
     def _rows(self, angles_deg: FloatArray, distances_m: FloatArray, times_s: FloatArray) -> _Nodes:
         if self._placing is None:
-            return np.stack((angles_deg, distances_m, times_s))
-        placed = self._placing(angles_deg, distances_m)
-        rows = np.empty((_ROWS + len(placed), len(angles_deg)))
-        rows[0], rows[1], rows[2], rows[_ROWS:] = angles_deg, distances_m, times_s, placed
+            return np.stack((angles_deg, times_s, distances_m))
+        rows = np.empty((_PLACED + PLACED_ROWS, len(angles_deg)))
+        rows[_ANGLE], rows[_TIME] = angles_deg, times_s
+        self._placing(angles_deg, distances_m, rows[_PLACED:])
         return rows
 
     def _clock_turn(self, now_s: float) -> None:
@@ -111,42 +111,46 @@ class Sweep:
 
         def view(back: int) -> _Nodes:
             # The whole turn that ended at the newest node's angle, `back` turns ago.
-            older = self._turns[back + 1].joined()
-            older = _pick(older, in_turn_if_near(-older[0], 360.0) > reached_deg)
-            if not back:
-                return _join(*self._turns[0].pieces, older)
-            newer = self._turns[back].joined()
-            return _join(_pick(newer, in_turn_if_near(-newer[0], 360.0) <= reached_deg), older)
+            newer, older = self._turns[back : back + 2]
+            return _join(newer.until(reached_deg), older.beyond(reached_deg))
 
-        whole = view(0)
-        missing = np.bincount(_bins(whole), minlength=BINS) == 0
+        older = self._turns[1].beyond(reached_deg)
+        whole = _join(*self._turns[0].pieces, older)
+        missing = np.bincount(_bins(older), minlength=BINS) + self._turns[0].by_bin == 0
         if np.count_nonzero(missing):
             whole = _fill(whole, missing, view(1), view(2))
-        oldest_s = float(whole[2].min())
-        return Scan(whole[0], whole[1], oldest_s, self._source, whole[_ROWS:], self._placing)
+        oldest_s = float(whole[_TIME].min())
+        placed = whole[_PLACED:] if self._placing is not None else None
+        return Scan(whole[_ANGLE], whole[_DISTANCE], oldest_s, self._source, placed, self._placing)
 
 
 class _Turn:
     def __init__(self, nothing: _Nodes) -> None:
         self._nothing = nothing
         self.pieces: list[_Nodes] = []
+        self.by_bin: NDArray[np.int64] = np.zeros(BINS, dtype=np.int64)
+        """How many nodes it has in each degree."""
         self._count = 0
+        self._turned_deg: FloatArray | None = None  # of each node, by the lidar's own count
         self.quarter = 0
         self.left_deg = 90.0
 
     def add(self, piece: _Nodes, most: int) -> None:
+        by_bin = np.bincount(_bins(piece), minlength=BINS)
         self.pieces.append(piece)
         self._count += piece.shape[1]
+        self.by_bin += by_bin
         if self._count > most:
-            self.pieces = [piece]
+            self.pieces, self.by_bin = [piece], by_bin
             self._count = piece.shape[1]
-        quarter, turned_deg = divmod(float(-piece[0, -1] % 360.0 + _ALL_BUT_DEG), 90.0)
+        self._turned_deg = None
+        quarter, turned_deg = divmod(float(-piece[_ANGLE, -1] % 360.0 + _ALL_BUT_DEG), 90.0)
         self.quarter, self.left_deg = int(quarter), 90.0 - turned_deg
 
     def angles_deg(self) -> FloatArray:
         if not self.pieces:
-            return np.asarray(self._nothing[0])
-        return np.concatenate([piece[0] for piece in self.pieces])
+            return np.asarray(self._nothing[_ANGLE])
+        return np.concatenate([piece[_ANGLE] for piece in self.pieces])
 
     def joined(self) -> _Nodes:
         if not self.pieces:
@@ -154,6 +158,20 @@ class _Turn:
         if len(self.pieces) > 1:
             self.pieces = [_join(*self.pieces)]
         return self.pieces[0]
+
+    def until(self, reached_deg: float) -> _Nodes:
+        """Its nodes up to this angle of the mirror."""
+        return _pick(self.joined(), self._turned() <= reached_deg)
+
+    def beyond(self, reached_deg: float) -> _Nodes:
+        """Its nodes beyond this angle of the mirror."""
+        return _pick(self.joined(), self._turned() > reached_deg)
+
+    def _turned(self) -> FloatArray:
+        # A whole turn is looked at four times.
+        if self._turned_deg is None:
+            self._turned_deg = in_turn_if_near(-self.joined()[_ANGLE], 360.0)
+        return self._turned_deg
 
 
 def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _Nodes) -> _Nodes:
@@ -163,13 +181,13 @@ def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _N
     chosen &= np.bincount(bins_oldest, minlength=BINS) > 0
     filled = _join(newest, _pick(before, chosen[bins_before]))
     # Only obstacles of the oldest: they can only reduce a clearance, so their age does not count.
-    obstacles = _pick(oldest, chosen[bins_oldest] & (oldest[1] > 0.0)).copy()
-    obstacles[2] = np.inf
+    obstacles = _pick(oldest, chosen[bins_oldest] & (oldest[_DISTANCE] > 0.0)).copy()
+    obstacles[_TIME] = np.inf
     return _join(filled, obstacles)
 
 
 def _bins(nodes: _Nodes) -> NDArray[np.int64]:
-    return np.asarray(np.minimum((nodes[0] + 180.0).astype(np.int64), BINS - 1))
+    return np.asarray(np.minimum((nodes[_ANGLE] + 180.0).astype(np.int64), BINS - 1))
 
 
 def _pick(nodes: _Nodes, chosen: NDArray[np.bool_]) -> _Nodes:

@@ -72,9 +72,10 @@ def waiting(reader: socket.socket) -> Iterator[bytes]:
 def pack_scan(half: HalfTurn) -> bytes:
     """As one datagram."""
     head = _SCAN.pack(b"S", half.lidar, len(half.angles_deg), half.first_s, half.last_s)
-    angles = np.round(half.angles_deg * _ANGLE).astype("<i2")
-    metres = np.clip(np.round(half.distances_m * 1000.0), 0, 65535).astype("<u2")
-    return head + angles.tobytes() + metres.tobytes()
+    angles = np.rint(half.angles_deg * _ANGLE).astype("<i2")
+    mm = np.rint(half.distances_m * 1000.0)
+    np.minimum(np.maximum(mm, 0.0, out=mm), 65535.0, out=mm)  # np.clip takes several times as long
+    return head + angles.tobytes() + mm.astype("<u2").tobytes()
 
 
 def pack_motion(motion: Motion) -> bytes:
