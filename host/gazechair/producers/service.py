@@ -84,7 +84,7 @@ class ProducerService(InboxService):
         pictures: int | None = None,
     ) -> None:
         """`setup` of the child, see child_setup; `targets`: what can be chosen now, by the name of
-        its mode; `pictures`: descriptor of a PictureSlot."""
+        its mode; `pictures`: descriptor of a LatestPicture."""
         super().__init__(lidars)
         self.kind = kind
         self.health = health
