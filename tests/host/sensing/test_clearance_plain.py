@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -18,6 +20,8 @@ from gazechair.sensing.lidar.sweep import Sweep
 from gazelink import codes
 
 TURN = 2.0 * math.pi
+Point = tuple[float, float]
+Path = Callable[[float], Point]
 CHAIRS = (
     Footprint(),
     Footprint([(0.7, 0.2), (0.2, 0.4), (-0.5, 0.35), (-0.5, -0.35), (0.2, -0.4), (0.7, -0.2)]),
@@ -71,6 +75,57 @@ def test_turns_are_those_of_all_circles_and_sides(chair: Footprint, seed: int) -
     assert found[out, codes.DIR_RIGHT].tobytes() == right[out].tobytes()
     beyond = np.hypot(*points.T) > chair.reach_m
     assert np.isinf(found[beyond][:, codes.DIR_LEFT :]).all()
+
+
+def after_leaving(chair: Footprint, began: bool, ways: np.ndarray, end: float, path: Path) -> float:
+    """The way along `path` to its contact, piece by piece between its crossings `ways`."""
+    cuts = [0.0, *sorted(way for way in ways.tolist() if way < end), end]
+    left, free_of_body = False, not began
+    for first, last in itertools.pairwise(cuts):
+        if last - first > 1e-9:
+            middle = np.array([path(0.5 * (first + last))])
+            grown, body = chair.contains(middle)[0], inside(chair.body, middle)[0]
+            free_of_body |= not body
+            if (left and grown) or (body and free_of_body and not left and grown):
+                return first
+            left |= not grown
+    return math.inf
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("chair", CHAIRS)
+def test_within_the_margin_each_path_is_cut_where_it_crosses_a_side(
+    chair: Footprint, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    points = random.uniform(-0.8, 0.8, (3000, 2))
+    points = points[chair.contains(points) & ~inside(chair.body, points)][:60]
+    found = Sweeps(chair).contacts(points)
+    polygons = [*chair.parts, chair.body]
+    for (x, y), contacts in zip(points.tolist(), found, strict=True):
+        own, radius = math.atan2(y, x), math.hypot(x, y)
+        cut = np.concatenate([crossings(np.array([[x, y]]), one)[:, 0] for one in polygons])
+        for direction, sign in ((codes.DIR_LEFT, 1.0), (codes.DIR_RIGHT, -1.0)):
+            turns = (sign * (own - cut[~np.isnan(cut)])) % TURN
+
+            def circle(way: float, own: float = own, r: float = radius, s: float = sign) -> Point:
+                return r * math.cos(own - s * way), r * math.sin(own - s * way)
+
+            expected = after_leaving(chair, False, turns, TURN, circle)
+            assert contacts[direction] == pytest.approx(math.degrees(expected), abs=1e-9)
+        for direction, sign in ((codes.DIR_FORWARD, 1.0), (codes.DIR_BACKWARD, -1.0)):
+            ways = []
+            for one in polygons:
+                for (ax, ay), (bx, by) in zip(one, np.roll(one, -1, axis=0), strict=True):
+                    if (ay > y) != (by > y):
+                        ways.append(sign * (x - (ax + (bx - ax) * (y - ay) / (by - ay))))
+
+            def line(way: float, x: float = x, y: float = y, s: float = sign) -> Point:
+                return x - s * way, y
+
+            ahead = np.array([way for way in ways if way >= 0.0])
+            expected = after_leaving(chair, False, ahead, RANGE_M, line)
+            assert contacts[direction] == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("chair", CHAIRS)

@@ -303,13 +303,11 @@ def _alone(contacts: FloatArray) -> Bytes:
     scale = 1000.0 / arcs.UNIT_MM
     units = np.minimum(contacts[:, :2] * scale, arcs.FAR).astype(np.uint8)
     for quadrant in range(arcs.QUADRANTS):
-        turn = contacts[:, codes.DIR_LEFT + quadrant // 2]
-        for row, turn_deg in enumerate(arcs.TURNS_DEG):
-            free = np.where(turn >= turn_deg, units[:, quadrant % 2], 0)
-            found[:, quadrant * arcs.ROWS + row] = free
+        turn = contacts[:, codes.DIR_LEFT + quadrant // 2, None]
+        free = (turn >= arcs.TURNS_DEG) * units[:, quadrant % 2, None]
+        found[:, quadrant * arcs.ROWS : (quadrant + 1) * arcs.ROWS] = free
+    turn = contacts[:, codes.DIR_LEFT :].min(axis=1)[:, None]
     for side in range(arcs.SIDES):
-        turn = contacts[:, codes.DIR_LEFT :].min(axis=1)
-        for row, turn_deg in enumerate(arcs.BOTH_TURNS_DEG):
-            free = np.where(turn >= turn_deg, units[:, side], 0)
-            found[:, arcs.BOTH_AT + side * arcs.BOTH_ROWS + row] = free
+        at = arcs.BOTH_AT + side * arcs.BOTH_ROWS
+        found[:, at : at + arcs.BOTH_ROWS] = (turn >= arcs.BOTH_TURNS_DEG) * units[:, side, None]
     return found

@@ -13,7 +13,6 @@ within the bare body itself (a hand, a bag) a motion that takes the point deeper
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +38,7 @@ _DEEPER = 0.2  # share of the probe: sliding along the body is not deeper
 
 _BOTH = np.array((1.0, -1.0))[:, None, None]  # left and right
 
-Path = Callable[[FloatArray], FloatArray]
+Ints = NDArray[np.int64]
 
 
 class Sweeps:
@@ -146,7 +145,7 @@ class Sweeps:
             found[chosen] = self._footprint.contains(near) & ~inside(self._footprint.body, near)
         return found
 
-    def _boxed(self, points: FloatArray, more_m: float) -> NDArray[np.int64]:
+    def _boxed(self, points: FloatArray, more_m: float) -> Ints:
         """Which points are within the body's box grown by `more_m`."""
         x, y = points[:, 0], points[:, 1]
         boxed = (x > self._low[0] - more_m) & (x < self._high[0] + more_m)
@@ -169,26 +168,28 @@ class Sweeps:
         return np.stack((_least(own - crossings, real), _least(crossings - own, real)))
 
     def _from_within(self, points: FloatArray) -> FloatArray:
-        motions: list[tuple[FloatArray, float, float, Path]] = []
-        for sign in (1.0, -1.0):
-            ways = self._exits[sign].crossings(points)
-            motions.append((ways, RANGE_M, _PROBE_M, _line(points, -sign)))
-        own = np.arctan2(points[:, 1], points[:, 0])
+        # All motions in the same arrays, the straight ones first: many small arrays take longer.
+        count = len(points)
         squared = points[:, 0] ** 2 + points[:, 1] ** 2
+        paths = _Paths(points)
         crossings, real = self._every_circles.crossings(squared)
-        for sign in (1.0, -1.0):
-            ways = np.where(real, in_turn(sign * (own - crossings), _FULL_TURN), np.inf)
-            ways = ways.reshape(-1, len(points))
-            motions.append((ways, _FULL_TURN, _PROBE_RAD, _circle(points, -sign)))
+        turned = paths.own - crossings
+        ways = np.full((crossings.shape[0] * crossings.shape[1], 4 * count), np.inf)
+        for at, sign in enumerate((1.0, -1.0)):
+            exits = self._exits[sign].crossings(points)
+            ways[: len(exits), at * count : (at + 1) * count] = exits
+            turns = np.where(real, in_turn(sign * turned, _FULL_TURN), np.inf)
+            ways[:, (at + 2) * count : (at + 3) * count] = turns.reshape(-1, count)
         began = inside(self._footprint.body, points)
-        found = np.stack(
-            [self._after_leaving(began, ways, end, path) for ways, end, _, path in motions], axis=1
-        )
+        ends = np.repeat((RANGE_M, _FULL_TURN), 2 * count)
+        found = self._after_leaving(np.tile(began, 4), ways, ends, paths).reshape(4, -1).T
         if np.count_nonzero(began):
-            at = began.nonzero()[0]
-            count = np.ones((len(points), 1))
-            steps = np.stack([path(probe * count)[at, 0] for _, _, probe, path in motions], axis=1)
-            found[at] = np.where(self._deeper(points[at], steps), 0.0, found[at])
+            at_first = began.nonzero()[0]
+            which = np.concatenate([at_first + motion * count for motion in range(4)])
+            probes = np.repeat((_PROBE_M, _PROBE_RAD), 2 * len(at_first))
+            steps = paths.places(which, probes).reshape(4, -1, 2).transpose(1, 0, 2)
+            deeper = self._deeper(points[at_first], steps)
+            found[at_first] = np.where(deeper, 0.0, found[at_first])
         found[:, codes.DIR_LEFT :] = np.degrees(found[:, codes.DIR_LEFT :])
         return found
 
@@ -201,25 +202,28 @@ class Sweeps:
         return np.asarray(deeper_m > _DEEPER * np.hypot(way[..., 0], way[..., 1]))
 
     def _after_leaving(
-        self, began: BoolArray, ways: FloatArray, end: float, path: Path
+        self, began: BoolArray, ways: FloatArray, ends: FloatArray, paths: _Paths
     ) -> FloatArray:
-        """The way along `path`, for each point, to its contact; `began`: those within the body."""
+        """The way along each path to its contact. `began`: of points within the body; `ways`:
+        (S, M) to crossings, at most `ends` count."""
         # Cut each path at its crossings; a piece between two cuts is entirely in or out.
-        count = len(began)
-        cuts = np.sort(np.minimum(ways.T, end), axis=1)
-        cuts = np.concatenate((np.zeros((count, 1)), cuts, np.full((count, 1), end)), axis=1)
-        middles = path(0.5 * (cuts[:, :-1] + cuts[:, 1:])).reshape(-1, 2)
-        shape = (count, cuts.shape[1] - 1)
-        real = cuts[:, 1:] - cuts[:, :-1] > 1e-9
-        grown = self._footprint.contains(middles).reshape(shape)
-        body = inside(self._footprint.body, middles).reshape(shape)
-        left = np.logical_or.accumulate(real & ~grown, axis=1)
+        cuts = np.sort(np.minimum(ways, ends), axis=0)
+        most = np.count_nonzero((cuts < ends).any(axis=1))
+        cuts = np.concatenate((np.zeros((1, len(ends))), cuts[:most], ends[None]))
+        real = cuts[1:] - cuts[:-1] > 1e-9
+        # Most paths have few cuts: only real pieces are looked up.
+        which, piece = real.T.nonzero()
+        middles = paths.places(which, 0.5 * (cuts[piece, which] + cuts[piece + 1, which]))
+        grown, body = np.zeros_like(real), np.zeros_like(real)
+        grown[piece, which] = self._footprint.contains(middles)
+        body[piece, which] = inside(self._footprint.body, middles)
+        left = np.logical_or.accumulate(real & ~grown, axis=0)
         # A point that began within the body can touch it only after it has left it.
-        free_of_body = np.logical_or.accumulate(real & ~body, axis=1) | ~began[:, None]
+        free_of_body = np.logical_or.accumulate(real & ~body, axis=0) | ~began
         pressing = real & body & free_of_body & ~left
         touches = pressing | (real & grown & left)
-        first = cuts[np.arange(count), touches.argmax(axis=1)]
-        return np.where(touches.any(axis=1), first, np.inf)
+        first = cuts[touches.argmax(axis=0), np.arange(len(ends))]
+        return np.where(touches.any(axis=0), first, np.inf)
 
 
 def _entries(sides: FloatArray, sign: float) -> tuple[_Rays, BoolArray]:
@@ -240,7 +244,7 @@ def _facing(sides: FloatArray, dx: float, dy: float) -> BoolArray:
     return np.asarray(dx * (sides[:, 3] - sides[:, 1]) - dy * (sides[:, 2] - sides[:, 0]) < 0.0)
 
 
-def _pick(points: FloatArray, at: NDArray[np.int64]) -> FloatArray:
+def _pick(points: FloatArray, at: Ints) -> FloatArray:
     """The (M, 2) points at these indices; as all points here, stored as a row of x and one of y."""
     return points.T.take(at, axis=1).T
 
@@ -249,22 +253,30 @@ def _sides(polygon: FloatArray) -> FloatArray:
     return np.concatenate((polygon, np.roll(polygon, -1, axis=0)), axis=1)
 
 
-def _line(points: FloatArray, sign: float) -> Path:
-    def at(ways: FloatArray) -> FloatArray:
-        return np.stack((points[:, :1] + sign * ways, points[:, 1:] + 0.0 * ways), axis=2)
+class _Paths:
+    """Where (N, 2) points are on the paths of four motions: N of the first, N of the second ...
 
-    return at
+    Forward, backward, left, right; a way is in metres or radians.
+    """
 
+    _SIGNS = np.array((-1.0, 1.0, -1.0, 1.0))  # the points move against the chair
 
-def _circle(points: FloatArray, sign: float) -> Path:
-    radius = np.hypot(points[:, 0], points[:, 1])[:, None]
-    own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+    def __init__(self, points: FloatArray) -> None:
+        self._x, self._y = points[:, 0], points[:, 1]
+        self._radius, self.own = np.hypot(self._x, self._y), np.arctan2(self._y, self._x)
 
-    def at(ways: FloatArray) -> FloatArray:
-        angle = own + sign * ways
-        return np.stack((radius * np.cos(angle), radius * np.sin(angle)), axis=2)
-
-    return at
+    def places(self, which: Ints, ways: FloatArray) -> FloatArray:
+        """(M, 2): the places after `ways` (M,) along paths `which` (M,), ascending by motion."""
+        count = len(self._x)
+        moved = self._SIGNS.take(which // count) * ways
+        at, turns = which % count, int(which.searchsorted(2 * count))
+        found = np.empty((2, len(which)))
+        found[0, :turns] = self._x.take(at[:turns]) + moved[:turns]
+        found[1, :turns] = self._y.take(at[:turns])
+        angle, radius = self.own.take(at[turns:]) + moved[turns:], self._radius.take(at[turns:])
+        found[0, turns:] = radius * np.cos(angle)
+        found[1, turns:] = radius * np.sin(angle)
+        return found.T
 
 
 def _least(turns: FloatArray, real: BoolArray) -> FloatArray:
@@ -317,4 +329,6 @@ class _Circles:
         share -= self._b
         share /= self._a
         real = (root >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
-        return np.arctan2(self._ay + share * self._ey, self._ax + share * self._ex), real
+        # Most circles miss most sides, and an arc tangent takes longer than all the rest.
+        x, y = self._ax + share * self._ex, self._ay + share * self._ey
+        return np.arctan2(y, x, out=np.zeros(real.shape), where=real), real
