@@ -47,7 +47,7 @@ def play(lines: Iterable[Line]) -> Result:
     """A log that something happened to."""
     player = BoardPlayer()
     for line in lines:
-        player.hear(line)
+        player.take(line)
     return player.result
 
 
@@ -319,7 +319,7 @@ def test_a_log_that_does_not_tell_its_version_says_so(
     monkeypatch.setattr("gazereplay.replay.replay", lambda _path: result)
     options = SimpleNamespace(file=tmp_path, view=None, as_test=None)
     assert command._replay(options) == 0  # type: ignore[arg-type]
-    assert "does not tell its board's version" in capsys.readouterr().out
+    assert "does not name its board's version" in capsys.readouterr().out
 
 
 def test_a_trace_without_reports_of_its_board_is_refused(recorded: Any, monkeypatch: Any) -> None:
@@ -346,7 +346,7 @@ def test_damaged_words_never_raise(recorded: Any) -> None:
     result = Result()
     player = BoardPlayer()
     for line in damaged():
-        player.hear(line)
+        player.take(line)
         result = player.result
     assert result.ticks > 0
     assert messages.TRACE.size + 4 <= 64

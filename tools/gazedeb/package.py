@@ -31,7 +31,7 @@ PYTHONS = ("3.11", "3.12", "3.13")
 _FILES = Path(__file__).resolve().parent / "files"
 LOCKED = Path(__file__).resolve().parent / "locked.txt"
 EXTRAS = ("alerts", "bench", "flash", "gamepad", "home", "log", "picture", "qr")
-"""Every one that the host uses on a chair, except oak, which docs/install.md says."""
+"""Every one that the host uses on a chair, except oak; docs/install.md says so."""
 _PLATFORMS = ("manylinux_2_28_x86_64", "manylinux2014_x86_64", "manylinux_2_17_x86_64")
 _NO_WHEEL = ("rplidar-roboticia",)  # published only as source; pure Python
 _CONTROL = """\

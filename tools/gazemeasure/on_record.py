@@ -51,7 +51,7 @@ class Record(Generic[R]):
     result: Callable[[Row], R]
     """The inverse of `row`."""
     summary: Callable[[list[Row]], Row]
-    """What the file tells about all rows, for people."""
+    """What the file says about all rows, for people."""
 
     def gather(self, jobs: Mapping[str, J], run: Callable[[J], R], processes: int) -> list[R]:
         """The result of each job; those without one in the file are run, and stored there."""

@@ -1,4 +1,4 @@
-"""Plug-ins of the benchmark: a mode that can be told to misbehave, and inputs that do nothing."""
+"""Plug-ins of the benchmark: a mode that misbehaves on command, and inputs that do nothing."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def measure(quick: bool) -> Report:
     report.add("frame decoded, p99.9", _latency_ms(result["latency"], 0.999), "ms", 10)
     report.add("frame decoded, max", result["latency_max_us"] / 1000, "ms")
     due = ((states[-1] - states[0]) & 0xFFFF_FFFF) + 1
-    report.add("STATE asked at 1000 Hz", 1000 * len(states) / due, "Hz", 1000, at_least=True)
+    report.add("STATE requested at 1000 Hz", 1000 * len(states) / due, "Hz", 1000, at_least=True)
     report.add("STATE lost", due - len(states), "", 0)
     report.add("STATE arrived", len(states), "", 0.9 * run_ms, at_least=True)
     report.add("telemetry dropped by the board", result["tx_dropped"], "", 0)

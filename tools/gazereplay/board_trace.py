@@ -72,7 +72,7 @@ class BoardPlayer:
         self._states: deque[tuple[int, Any]] = deque()
         self._last: dict[str, int] = {}
 
-    def hear(self, line: Line) -> None:
+    def take(self, line: Line) -> None:
         """Take the next message; play the ticks whose inputs are now known."""
         message = line.message
         if line.topic == STATE:

@@ -65,7 +65,7 @@ def _replay(options: argparse.Namespace) -> int:
     if ending := ending or result.ending:
         print(ending)
     if result.unnamed:
-        print("this log does not tell its board's version, which may have another core than this")
+        print("this log does not name its board's version, which may have another core than this")
     if result.difference is not None:
         moment = time.strftime("%H:%M:%S", time.localtime(result.difference.at_ns // 10**9))
         print(f"differs first at {moment}, {result.difference}")

@@ -1,6 +1,6 @@
 """Which core each version of the firmware has: a trace's snapshots do not name their words.
 
-A log tells its board's version and table of messages, and a snapshot how many words it has.
+A log names its board's version and table of messages, and a snapshot how many words it has.
 `layouts.txt` lists what these three mean, so that no two cores share them: a test fails until a
 changed core is listed, or has another version. `python -m gazereplay.layouts` lists this one.
 """

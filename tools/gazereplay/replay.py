@@ -27,7 +27,7 @@ class Player:
         self._decided: dict[str, int] = {}
         self._began_ns = 0
 
-    def hear(self, line: Line) -> None:
+    def take(self, line: Line) -> None:
         """Take the next message; play the ticks before it. INPUTS or DECISION opens a tick."""
         message = line.message
         if line.topic == trace.START:
@@ -102,7 +102,7 @@ def replay(path: Path) -> Result:
     for line in of_trace(file):
         if line.topic in trace.DEFINITIONS and isinstance(player, BoardPlayer):
             player = Player()
-        player.hear(line)
+        player.take(line)
         if player.result.difference is not None:
             break
     result = player.result

@@ -52,7 +52,7 @@ class Result:
     ending: str = ""
     """Up to where the log is readable that has no end; "" for a finished one."""
     unnamed: bool = False
-    """The log does not tell the version of its board's firmware; this one's was assumed."""
+    """The log does not name the version of its board's firmware; this one's was assumed."""
 
 
 def _word(name: str, value: int) -> Any:

@@ -61,7 +61,7 @@ class Follower:
         self._places: dict[str, Any] = {}
         self._shown = ""
 
-    def hear(self, line: Line) -> None:
+    def take(self, line: Line) -> None:
         """The next message."""
         if line.topic == "/board/state":
             self._state(line.at_ns, line.message)
@@ -120,7 +120,7 @@ def follow(lines: Iterable[Line]) -> Drive:
     """The drive in these messages."""
     follower = Follower()
     for line in lines:
-        follower.hear(line)
+        follower.take(line)
     follower.end()
     return follower.drive
 

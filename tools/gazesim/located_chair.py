@@ -53,7 +53,7 @@ class _Out:
 
 
 class LocatedChair(ProducerChair):
-    """A chair that is never told its pose."""
+    """A chair that never receives its pose."""
 
     def __init__(
         self,
@@ -126,8 +126,8 @@ class LocatedChair(ProducerChair):
     def _board_says(self, state: BoardState) -> None:
         self._feed.board(state)
 
-    def _later(self, ms: int, hear: Callable[[bytes], None], payload: bytes) -> None:
-        self._coming.append((self.now_ms + ms, hear, payload))
+    def _later(self, ms: int, receive: Callable[[bytes], None], payload: bytes) -> None:
+        self._coming.append((self.now_ms + ms, receive, payload))
 
     def _locate(self) -> None:
         for datagram in waiting(self.odometry):

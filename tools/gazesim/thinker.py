@@ -1,4 +1,4 @@
-"""A planner's thread in virtual time: a plan is known some time after it was asked for."""
+"""A planner's thread in virtual time: a plan is known some time after its request."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ class Host:
         self.driver = Page(self, "driver")
         self.caretaker = Page(self, "caretaker")
         self._eyes = Eyes(gather_ms=_GATHER_MS)
-        self.link.on_zone = self._eyes.hear
+        self.link.on_zone = self._eyes.receive
         chair.world.lidar.receive(DENSE)
 
     def one_ms(self, now_ms: int) -> None:

@@ -106,7 +106,7 @@ class Well:
     waited_s: float
     """Part of it in which its processes were ready to run, but got no processor."""
     health: str = ""
-    """What its health said at last, when it never recovered."""
+    """Its last health report, when it never recovered."""
 
     @property
     def own_s(self) -> float:

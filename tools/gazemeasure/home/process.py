@@ -40,10 +40,10 @@ def measure(report: Report, quick: bool, per_turn: int) -> None:
     service = OdometryService((lidar,), Health("odometry"), Obeys(Health("motion"), lambda: None))
     received: list[tuple[float, float]] = []  # when it was measured, and when it came
 
-    def hear(estimate: Estimate) -> None:
+    def receive(estimate: Estimate) -> None:
         received.append((estimate.time_s, time.monotonic()))
 
-    service.subscribe(hear)
+    service.subscribe(receive)
     service.start()
     try:
         first = next(event for event in events if not isinstance(event, Motion))
@@ -81,7 +81,7 @@ def add_estimates(
     passed_s: float,
     stalled: Callable[[float, float], bool],
 ) -> None:
-    """Add how many came, and their ages; `heard`: when each was measured and when it came, s.
+    """Add how many came, and their ages; `received`: when each was measured and when it came, s.
 
     What is left out is decided before an estimate is late: a late one has more time for stalls.
     """

@@ -42,7 +42,7 @@ class Eyes:
         self._evaluate.zone = zone
         self._bytes = bytearray()
 
-    def hear(self, zone: BoardZone) -> None:
+    def receive(self, zone: BoardZone) -> None:
         """New stopping distances of the board."""
         self._evaluate.zone = zone_message.unpack(zone_message.pack(zone))
 
