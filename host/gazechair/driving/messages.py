@@ -31,7 +31,7 @@ class Drive:
     edge: int
     """The page's press counter, 1 or more."""
     proof: int
-    """When the page sent it, in token time (see arbiter): never later than it really was."""
+    """When the page sent it, in token time (see tokens): never later than it really was."""
     linear_permille: int = 0
     """-1000..1000, forward positive; of codes.DRIVE."""
     turn_permille: int = 0
