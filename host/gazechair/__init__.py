@@ -1,4 +1,4 @@
-"""The host daemon and the `gazechair` command: serial link, lidar, camera, arbiter, web server."""
+"""Host daemon and `gazechair` command: board, sensors, maps, driving by gaze or itself, pages."""
 
 import logging
 import os
