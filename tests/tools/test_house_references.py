@@ -11,9 +11,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from gazehouse import numbers
-
-ROOT = numbers.ROOT
+ROOT = Path(__file__).parents[2]
 # At the beginning of a sentence or after a semicolon or a bracket: an order to the reader.
 SEE = re.compile(r"(?:^|[.;:(]\s*|but )[Ss]ee (?:also )?`?([\w./-]+)")
 ENGLISH = {"the"}
