@@ -1,4 +1,4 @@
-"""Host daemon and `gazechair` command: board, sensors, maps, driving by gaze or itself, pages."""
+"""Host daemon and `gazechair` command: board link, sensors, odometry, maps, auto motions, pages."""
 
 import logging
 import os

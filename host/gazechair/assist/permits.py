@@ -28,7 +28,7 @@ _BLIND = 1 << codes.DIR_FORWARD | 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _UNSEEN_ARCS = 0x50  # bits of arc_views: forward and left, forward and right
 _ROLLS_M_S, _TURNS_DEG_S = 0.02, 1.0  # slower counts as standing; but see _Side.holding
 # An output up to this may hold the heading: it is no turn.
-_HOLDING_PERMILLE = TABLE[index_of("hold_permille")][1]
+_HOLDING_PERMILLE: int = TABLE[index_of("hold_permille")][1]
 # Shares of the stopping time without braking: the board's dead time and lag.
 _DEAD, _LAG = 0.3, 0.9
 _LATE_S = 0.15  # age of a clearance when the board uses it
