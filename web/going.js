@@ -30,6 +30,11 @@ class GoingTexts {
     return this.#table.labels[key];
   }
 
+  /** What Forward asks: to pause the motion that drives, or to go on with the ended one. */
+  asks(rides, again, texts) {
+    return rides ? this.label("going_pause") : again && texts.label("plugin_go_on");
+  }
+
   /** Remaining distance: "nog 4,2 m"; "" while unknown. */
   left({ left_m: left }) {
     if (!(left > 0)) return "";

@@ -88,7 +88,7 @@ export class Pick {
     document.body.dataset.spot = this.#rides ? "rides" : (this.#spot?.state ?? "");
     const pauses = this.#rides && rides === this.mode;
     const again = this.mode && over === this.mode;
-    const label = pauses ? this.#texts.label("going_pause") : again && texts.label("plugin_go_on");
+    const label = this.#texts.asks(pauses, again, texts);
     this.#go.querySelector(".label").textContent = label || this.#texts.label("spot_go");
     this.#go.classList.toggle("unable", !this.mode);
     this.#go.ariaDisabled = !this.mode;

@@ -199,7 +199,7 @@ export class PluginTiles {
     shape.setAttribute("font-size", SIZES[[...icon].length]);
     const { mode, over } = this.#ride;
     const [rides, again] = [mode === row.name, over === row.name];
-    const asks = rides ? going.label("going_pause") : again && texts.label("plugin_go_on");
+    const asks = going.asks(rides, again, texts);
     tile.querySelector(".label").textContent = asks || texts.name(row);
     const left = this.#going?.mode === row.name ? going.left(this.#going) : "";
     const small = rides ? left || texts.label("plugin_rides") : again && texts.name(row);

@@ -27,10 +27,11 @@ const same = (a, b) => a.join(" ") === b.join(" ");
 export class Scan {
   #on;
   #byRows = true;
-  #stepMs = 1500;
-  #acceptMs = 50;
-  #debounceMs = 40;
-  #lockoutMs = 300;
+  // Of the driver's profile:
+  #stepMs;
+  #acceptMs;
+  #debounceMs;
+  #lockoutMs;
   #offered = []; // rows of names, without Stop
   #row = null; // the chosen row
   #lit = ["stop"];

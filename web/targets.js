@@ -19,14 +19,16 @@ export class Targets {
   #on;
   /** Gaze starts a drive target only while the chair is armed; a press always asks the board. */
   armed = false;
-  #dwellMs = 600;
-  #steerMs = 200;
-  #buttonMs = 1000;
-  #graceMs = 200;
-  #staleMs = 500;
-  #heartbeatMs = 50;
+  // Of the driver's profile, which the page takes first:
+  #dwellMs;
+  #steerMs;
+  #buttonMs;
+  #graceMs;
+  #staleMs;
+  // Until the host has said:
+  #heartbeatMs = 0;
   #ttlMs = Infinity;
-  #freshMs = 200;
+  #freshMs;
   #edge = 0;
   #under = undefined; // target under the pointer, null: none, undefined: not known
   #spent = null; // button that acted and that the gaze has not left yet

@@ -21,7 +21,8 @@ export class ClockWatch {
 
 /** Switches off unused driving. */
 export class AutoOff {
-  #limitMs = 15_000;
+  // Of the driver's profile.
+  #limitMs;
   #usedMs = 0;
   #scanMs = 0;
 

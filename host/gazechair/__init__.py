@@ -1,4 +1,4 @@
-"""The host daemon and the `gazechair` command: serial link, lidar, camera, arbiter, web server."""
+"""Host daemon and `gazechair` command: board link, sensors, odometry, maps, auto motions, pages."""
 
 import logging
 import os

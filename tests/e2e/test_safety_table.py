@@ -64,6 +64,21 @@ def test_every_promise_is_measured_on_the_board_and_end_to_end() -> None:
     assert measured == {promise.name: {"board", "end to end"} for promise in PROMISES}
 
 
+def test_every_promise_names_the_files_of_its_tests() -> None:
+    known, at = safety_table.homes(), ""
+    named: dict[str, set[str]] = {}
+    for line in safety_table.DOCUMENT.read_text().partition("## Arming")[0].splitlines():
+        if found := re.match(r"\| \*\*(P\d+)\*\* ", line):
+            at = found[1]
+            assert "`tests/" in line, at
+        named.setdefault(at, set()).update(re.findall(r"`(tests/[\w/]+\.py|test_\w+)`", line))
+    for promise in PROMISES:
+        tests = {name for name in named[promise.name] if name in known}
+        files = {name for name in named[promise.name] if name.startswith("tests/")}
+        assert files == {file for name in tests for file in known[name]}
+        assert tests | files == named[promise.name]
+
+
 def test_every_fault_and_reason_is_explained() -> None:
     assert list(CLEARS) == [fault[1] for fault in codes.FAULTS]
     texts = json.loads((ROOT / "web" / "strings" / "en.json").read_text())["messages"]

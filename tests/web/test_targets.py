@@ -4,7 +4,12 @@ import random
 
 import pytest
 
+from gazechair.config.settings import Config
+from gazechair.people.profiles.house import house_fields
+
 pytestmark = pytest.mark.browser
+
+TIMES = {name: field.default for name, field in house_fields(Config()).items()}
 
 RUN = """
 async (steps) => {
@@ -29,7 +34,7 @@ class Story:
 
     def __init__(self, mode="continuous", armed=True, times=None):
         self.now = 0
-        self.steps = [[0, "configure", times]] if times else []
+        self.steps = [[0, "configure", {**TIMES, **(times or {})}]]
         self.call("setMode", mode)
         self.call("setArmed", armed)
         self.look(None, 400)

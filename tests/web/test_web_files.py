@@ -157,7 +157,8 @@ def test_everything_that_can_be_wrong_with_a_plug_in_has_words():
     reasons = {LOST, RAISED, SETTING, STARTING, MISSING, *(f"plugin_{how}" for how in hows)}
     assert len(reasons) == 9
     wanted = reasons | {f"plugin_{word}" for word in (*GROUPS, *STATES, "trouble")}
-    code = "".join((WEB / f"plugin{end}.js").read_text("utf-8") for end in ("s", "_list", "_tiles"))
+    files = ("plugins.js", "plugin_list.js", "plugin_tiles.js", "going.js")
+    code = "".join((WEB / file).read_text("utf-8") for file in files)
     wanted |= set(re.findall(r'(?:label\("|labels\.)(plugin_\w+)', code))
     assert wanted == set(table("nl-plugins")["labels"])
 

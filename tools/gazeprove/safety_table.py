@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from gazelink import codes
@@ -92,11 +93,28 @@ def render(notes: list[Note]) -> str:
 def _promises(notes: list[Note]) -> str:
     head = ("#", "Cause", "Action", "Promised", "Board", "End to end", "Tests")
     rows: list[tuple[str, ...]] = []
+    known = homes()
     for promise in PROMISES:
-        rows.append((f"**{promise.name}**", f"**{promise.cause}**", promise.action, promise.within))
+        names = {note["test"] for note in notes if note["promise"] == promise.name}
+        first = (f"**{promise.name}**", f"**{promise.cause}**", promise.action, promise.within)
+        rows.append((*first, "", "", files_of(names, known)))
         for cause in _causes(notes, promise):
             rows.append(_row(notes, promise, cause))
     return _table(head, rows)
+
+
+def homes() -> dict[str, list[str]]:
+    """{name of a test: the files with one that notes a promise, below the checkout}."""
+    found: dict[str, list[str]] = {}
+    for file in promise_notes.noting((ROOT / "tests").rglob("*.py")):
+        for name in re.findall(r"^def (test_\w+)", (ROOT / file).read_text("utf-8"), re.M):
+            found.setdefault(name, []).append(file)
+    return found
+
+
+def files_of(names: Iterable[str], known: Mapping[str, list[str]]) -> str:
+    """The files of these tests, for the promise's first row."""
+    return ", ".join(sorted({f"`{file}`" for name in names for file in known.get(name, ())}))
 
 
 def _causes(notes: list[Note], promise: Promise) -> list[str]:

@@ -202,6 +202,9 @@ NOT_COVERED = """\
   CRC includes a nonce of the board (32 bits from its random number generator, for each session) and
   the round. That protects against old frames, not against forgery: a CRC is not a signature, and
   another session fits by chance once in 4 billion.
+- In a turn, creep speed and the limits without a relay and of auto motions are those of a point
+  0.75 m from the drive axle (`OUTERMOST_MM`): a footprint's corner farther away than that moves
+  faster in proportion (`gazechair doctor` warns).
 - An auto motion's speed is that of driving straight, or of the outermost point of a turn on the
   spot; in a curve each axis has that limit by itself. Supervision proves that somebody was there,
   not that they saw: it is no substitute for the obstacle rule.

@@ -16,17 +16,19 @@ from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.standing import Approach
 from gazechair.sensing.clearance.zone import UNKNOWN, Stopping, StopZone
 from gazelink import arcs, codes
+from gazelink.settings_table import TABLE, index_of
 from gazelink.zone import CREEP, FULL
 
 _LATELY_S = 0.7
 _AHEAD_S = 0.35  # until the next decisions take effect
 _MORE_M, _MORE_DEG = 0.05, 2.0
-_AGAIN_M, _AGAIN_DEG = 0.06, 3.0  # beyond creep's clearance, to go on after a stop: the bands
+_AGAIN_M, _AGAIN_DEG = 0.06, 3.0  # beyond creep's clearance, to go on after a stop: BAND_*
 _OPENS_S = 0.35  # a closed direction reopens after this long, latency included
 _BLIND = 1 << codes.DIR_FORWARD | 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _UNSEEN_ARCS = 0x50  # bits of arc_views: forward and left, forward and right
-_ROLLS_M_S, _TURNS_DEG_S = 0.02, 1.0  # slower counts as standing; but see _Side.held
-_HOLDING_PERMILLE = 150  # an output up to this may hold the heading: it is no turn
+_ROLLS_M_S, _TURNS_DEG_S = 0.02, 1.0  # slower counts as standing; but see _Side.holding
+# An output up to this may hold the heading: it is no turn.
+_HOLDING_PERMILLE: int = TABLE[index_of("hold_permille")][1]
 # Shares of the stopping time without braking: the board's dead time and lag.
 _DEAD, _LAG = 0.3, 0.9
 _LATE_S = 0.15  # age of a clearance when the board uses it

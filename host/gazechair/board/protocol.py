@@ -124,7 +124,7 @@ class LinkProtocol:
             self._bypass = Bypass(self._bypass.number, 0.0)  # sent once more: no time left
 
     def order(self, action: int, owner: int, now_s: float) -> None:
-        """A new order (codes.ARM, ...), due at once and repeated; see link_orders."""
+        """A new order (codes.ARM, ...), due at once and repeated; see orders."""
         if self._board is None and self._failure_reason and action == codes.RESET_FAULTS:
             self._clears = True
             self._hello_due_s = now_s

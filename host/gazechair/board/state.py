@@ -67,7 +67,7 @@ class BoardState:
     received_s: float
     """Monotonic time of arrival."""
     relay_checked: bool = False
-    """The board has reported that it monitors its safety relay; see link_relay."""
+    """The board has reported that it monitors its safety relay; see relay."""
     settings: Mapping[str, int] = field(default_factory=dict)
     """The settings in force that the host goes by, as far as known; see known_settings."""
 

@@ -17,6 +17,8 @@ from gazechair.base.languages import languages
 Arc = tuple[float, float]
 
 _MOST = sys.float_info.max  # TOML's whole numbers have no limit
+WORD = re.compile(r"[\w-]{1,20}")
+"""A short name, such as a mode's; see word."""
 _UNREPEATED = "the value is not repeated here"
 
 
@@ -132,7 +134,7 @@ def word() -> Kind:
     """A name: 1 to 20 letters, digits, - and _."""
 
     def accept(value: Any) -> str:
-        if not isinstance(value, str) or not re.fullmatch(r"[\w-]{1,20}", value):
+        if not isinstance(value, str) or not WORD.fullmatch(value):
             raise ValueError
         return value
 

@@ -106,15 +106,24 @@ class WebConfig:
     language: str = _setting("nl", rules.language(), "language of a new person's page")
 
 
+# What a person's own profile accepts, too.
+DRIVING_MODES = "step", "continuous"
+DWELL_MS, LEAVE_GRACE_MS, POINTER_STALE_MS = (300, 2000), (0, 500), (300, 1000)
+
+
 @dataclass(frozen=True)
 class DriverConfig:
     """How the driver's page behaves unless a person's own profile differs."""
 
-    mode: str = _setting("step", choice("step", "continuous"), "mode in which the page starts")
-    dwell_ms: int = _setting(600, integer(300, 2000), "gaze on a button this long starts it")
-    leave_grace_ms: int = _setting(200, integer(0, 500), "gaze off a button this long stops it")
+    mode: str = _setting("step", choice(*DRIVING_MODES), "mode in which the page starts")
+    dwell_ms: int = _setting(600, integer(*DWELL_MS), "gaze on a button this long starts it")
+    leave_grace_ms: int = _setting(
+        200, integer(*LEAVE_GRACE_MS), "gaze off a button this long stops it"
+    )
     pointer_stale_ms: int = _setting(
-        500, integer(300, 1000), "a pointer that stands still this long counts as looking away"
+        500,
+        integer(*POINTER_STALE_MS),
+        "a pointer that stands still this long counts as looking away",
     )
     assist: bool = _setting(
         False, flag(), "true = Rijhulp steers while Vooruit is held; read docs/assist.md"

@@ -36,7 +36,7 @@ from gazechair.driving.messages import (
 )
 from gazechair.driving.mode_context import ModeOutput
 from gazechair.driving.press import DrivingPress, Presses
-from gazechair.driving.refusal import Refusal
+from gazechair.driving.refusal import Refusal, What, what_of
 from gazechair.driving.tokens import Tokens
 from gazelink import codes
 
@@ -214,9 +214,8 @@ class Arbiter:
     ) -> Refusal | None:
         # Only the caretaker may do this.
         if page.role != codes.CARETAKER:
-            names = {Take: "take", Reset: "reset", Cap: "cap", HoldBypass: "bypass"}
             detail = "only the caretaker may; faults also clear by a 3 s press at the chair"
-            return Refusal(names.get(type(message), "message"), "not_allowed", detail)
+            return Refusal(what_of(message), "not_allowed", detail)
         if isinstance(message, Take):
             return self._own(client, page, message, now_s)
         if isinstance(message, Reset):
@@ -307,7 +306,7 @@ class Arbiter:
     def _drive(
         self, client: int, page: Client, message: Drive | UseMode, now_s: float, offered: bool
     ) -> Refusal | None:
-        what = "cmd" if isinstance(message, Drive) and message.verb != codes.DRIVE else "drive"
+        what = what_of(message)
         proven_s, fresh = self.tokens.proven(message.proof, now_s)
         began_s = self._press.began_s(client, message.edge, proven_s)
         if not fresh:
@@ -349,7 +348,7 @@ class Arbiter:
         self._press.watch(page.role, self.tokens.proven_s(message.proof, now_s))
         return True
 
-    def _refuse_once(self, what: str, page: Client, edge: int, reason: str) -> Refusal | None:
+    def _refuse_once(self, what: What, page: Client, edge: int, reason: str) -> Refusal | None:
         # A pressed button repeats all the time; one refusal per press is enough.
         if reason in page.refused:
             return None
@@ -357,7 +356,7 @@ class Arbiter:
         return Refusal(what, reason, f"press {edge} does not move the chair: {reason}")
 
     def _own(self, client: int, page: Client, message: Arm | Take, now_s: float) -> Refusal | None:
-        what = "arm" if isinstance(message, Arm) else "take"
+        what = what_of(message)
         if page.is_input:
             return Refusal(what, "not_allowed", "an input drives alongside its person's page")
         if not self.tokens.fresh(message.proof, now_s):

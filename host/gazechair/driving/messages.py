@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from typing import Any
 
+from gazechair.config.rules import WORD
 from gazelink import codes
 
 MAX_EDGE = 1 << 31
@@ -31,7 +31,7 @@ class Drive:
     edge: int
     """The page's press counter, 1 or more."""
     proof: int
-    """When the page sent it, in token time (see arbiter): never later than it really was."""
+    """When the page sent it, in token time (see tokens): never later than it really was."""
     linear_permille: int = 0
     """-1000..1000, forward positive; of codes.DRIVE."""
     turn_permille: int = 0
@@ -163,7 +163,7 @@ def parse(message: dict[str, Any]) -> PageMessage:
         )
     if kind == "mode":
         name = message.get("mode")
-        if not isinstance(name, str) or not re.fullmatch(r"[\w-]{1,20}", name):
+        if not isinstance(name, str) or not WORD.fullmatch(name):
             raise BadMessage('mode: "mode" must be the name of a mode')
         return UseMode(name, _integer(message, "edge", 1, MAX_EDGE), _proof(message))
     if kind == "cap":

@@ -7,14 +7,23 @@ from collections.abc import Callable
 from gazechair.driving.control import Control
 from gazechair.driving.driver_port import Message, RelayingPort
 from gazechair.driving.messages import BadMessage, HoldBypass, parse
-from gazechair.driving.refusal import Refusal
+from gazechair.driving.refusal import Refusal, What
 from gazechair.first_drive.guide import Guide, StepRefused
 from gazechair.first_drive.held_button import Pressed
 from gazelink import codes
 
 _STOPS = ("stop", "disarm", "emergency", "release")
 # What another page must not begin while a step moves the chair: it stops the step first.
-_OTHERS = ("arm", "take", "cmd", "drive", "mode", "bypass", "cap", "reset")
+_OTHERS: dict[object, What] = {
+    "arm": "arm",
+    "take": "take",
+    "cmd": "cmd",
+    "drive": "drive",
+    "mode": "drive",
+    "bypass": "bypass",
+    "cap": "cap",
+    "reset": "reset",
+}
 _ARMS = ("arm", "take")
 _ONE_AT_A_TIME = (*_ARMS, "cap")  # and the beginning of a step
 _MEANWHILE = "a caretaker is setting up the chair"
@@ -47,12 +56,12 @@ class FirstDrivePort(RelayingPort):
         elif kind in _ONE_AT_A_TIME and not viewer:
             with self._guide.storing.arm() as may:
                 if self._guide.moving:
-                    return [Refusal(str(kind), "not_owner", _MEANWHILE).message()]
+                    return [Refusal(_OTHERS[kind], "not_owner", _MEANWHILE).message()]
                 if kind in _ARMS and not may:
-                    return [Refusal(str(kind), "board_busy", _STORING).message()]
+                    return [Refusal(_OTHERS[kind], "board_busy", _STORING).message()]
                 return super().receive(client, message)
         elif self._guide.moving and kind in _OTHERS:
-            return [Refusal(str(kind), "not_owner", _MEANWHILE).message()]
+            return [Refusal(_OTHERS[kind], "not_owner", _MEANWHILE).message()]
         return super().receive(client, message)
 
     def snapshot(self, client: int) -> Message:

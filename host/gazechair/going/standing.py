@@ -10,11 +10,16 @@ import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint
 from gazechair.going.outline import outline
+from gazechair.sensing.clearance.standing import WIDE_M
+from gazechair.sensing.clearance.stood import CALM_S
 
 STOPS_M = 0.75
-"""Distance before such a thing at which the board stops the chair."""
-WAITS_S, CREEPS_S_PER_M = 12.0, 12.0
-_WIDE_M = (0.075, 1.0)
+"""Distance before such a thing at which the board stops the chair, an error of the map included."""
+WAITS_S, CREEPS_S_PER_M = CALM_S + 2.0, 12.0
+PATIENCE_S = CALM_S + 3.0
+"""Waiting before such a thing for longer does not help: it is none, or the way stays blocked."""
+_CELLS_M = 0.005, 0.1  # in a map's cells a thing is up to this much narrower or wider
+_WIDE_M = WIDE_M[0] - _CELLS_M[0], WIDE_M[1] + _CELLS_M[1]
 _APART_CELLS = 2  # nearer cells are parts of one thing
 _BESIDE_M = 0.07  # added on each side of the chair: margin, errors of the pose and of steering
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 from gazechair.base.footprint import Footprint
 from gazechair.picture.newest import Shot
@@ -24,6 +24,10 @@ STEP_S = 0.05
 """Period of the steps."""
 CHANGED, UNCALIBRATED = "going_changed", "camera_uncalibrated"
 """Reasons, keys of the string tables: the target no longer exists; the camera's pose is unknown."""
+MotionState = Literal["", "thinks", "drives", "waits", "blocked", "arrived", "ended", "ready"]
+"""Of a motion, for the pages; of a spot that was chosen "thinks", "ready" (it may be pressed) or
+"ended"; "": nothing to show."""
+STATES: tuple[MotionState, ...] = get_args(MotionState)
 KEPT_S = 60.0
 """How long a chosen spot lasts without a press."""
 
@@ -90,9 +94,7 @@ class Output:
 
     stick: tuple[int, int] | None
     """Output in permille, forward and left positive; None: this press is over."""
-    state: str = ""
-    """For the pages: "thinks", "drives", "waits", "blocked", "arrived" or "ended"; of a
-    spot that was chosen "thinks", "ready" (it may be pressed) or "ended"."""
+    state: MotionState = ""
     reason: str = ""
     """Why it waits, is blocked or has ended: a key of the string tables."""
     shown: Mapping[str, Any] = field(default_factory=dict)

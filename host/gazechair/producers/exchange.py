@@ -16,13 +16,12 @@ from typing import Any
 from gazechair.base import json_text
 from gazechair.plugins.contract import NOTHING, drive
 from gazechair.plugins.exchange import BadValue, Value
-from gazechair.producers.contract import Output
+from gazechair.producers.contract import STATES, Output
 
 MESSAGE_OLD_S = 0.3
 """An older message no longer proves a press."""
 LONGEST = 16384
 """Bytes of a record."""
-STATES = ("thinks", "drives", "waits", "blocked", "arrived", "ended", "ready")
 _MOST_REASON = 40
 
 
@@ -56,7 +55,7 @@ def unpack(payload: bytes) -> Record:
         json.dumps(shown, allow_nan=False)  # no page could read it
     except (ValueError, TypeError, KeyError, AttributeError):
         raise BadValue("no record") from None
-    if state not in ("", *STATES) or not isinstance(shown, dict):
+    if state not in STATES or not isinstance(shown, dict):
         raise BadValue("a state that there is not")
     if not isinstance(reason, str) or len(reason) > _MOST_REASON:
         raise BadValue("a reason that there is not")

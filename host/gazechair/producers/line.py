@@ -25,6 +25,7 @@ from gazechair.producers.contract import (
     STEP_S,
     UNCALIBRATED,
     Ask,
+    MotionState,
     Output,
     Press,
     Sensed,
@@ -119,7 +120,7 @@ class LineProducer(SpotProducer):
             return Output((0, 0), "waits", "line_hidden", shown)
         return Output(self._stick(request), "drives", "line_follows", shown)
 
-    def _over(self, reason: str, state: str = "ended") -> Output:
+    def _over(self, reason: str, state: MotionState = "ended") -> Output:
         """End it; continuing needs a new choice."""
         self._ask = self._follower = None
         return Output(None, state, reason)

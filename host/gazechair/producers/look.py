@@ -29,6 +29,7 @@ from gazechair.producers.contract import (
     KEPT_S,
     UNCALIBRATED,
     Ask,
+    MotionState,
     Output,
     Press,
     Sensed,
@@ -151,7 +152,7 @@ class LookProducer(SpotProducer):
         way = found[3] if mission.way is None else mission.way
         return replace(output, shown={**output.shown, **self._shown(way.points_m, now_s)})
 
-    def _over(self, reason: str, state: str = "ended") -> Output:
+    def _over(self, reason: str, state: MotionState = "ended") -> Output:
         """End it; continuing needs another look."""
         self._ask = self._found = self._mission = None
         return Output(None, state, reason)

@@ -9,11 +9,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.producers.track import DOUBTED
+from gazechair.producers.track import DOUBTED, ESTIMATE_OLD_S
 from gazechair.sensing.odometry.estimate import Estimate
 
-OLD_S = 0.25
-"""An older estimate is not valid for now."""
 _KEPT_S = 5.0  # a look is answered for 4 s
 _STANDS_M_S, _STANDS_DEG_S = 0.03, 2.0
 _AHEAD_S = 0.2  # a picture may be this much newer than the newest estimate
@@ -42,7 +40,7 @@ class OdometryTrack:
     def known(self, now_s: float) -> bool:
         """True if the present pose is known without doubt."""
         newest = self.newest
-        if newest is None or now_s - newest.time_s > OLD_S:
+        if newest is None or now_s - newest.time_s > ESTIMATE_OLD_S:
             return False
         return not DOUBTED.intersection(newest.doubts)
 

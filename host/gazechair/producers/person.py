@@ -13,7 +13,7 @@ from gazechair.following.person import State
 from gazechair.following.request import STOP, Request
 from gazechair.following.turns import Turns
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.producers.contract import Output, Press, Producer, Sensed, Setup
+from gazechair.producers.contract import MotionState, Output, Press, Producer, Sensed, Setup
 
 SIGHT_LOST = "person_no_sight"
 """No lidar turn, or no odometry pose, in time."""
@@ -25,7 +25,11 @@ OLD_S = 0.25
 """An older turn requests no motion."""
 _GONE_S = 1.0  # older: the press is over
 _BEGINS_S = 1.5  # longest wait for the first turn after the press
-_STATES = {State.CHOOSING: "waits", State.FOLLOWS: "drives", State.HIDDEN: "waits"}
+_STATES: dict[State, MotionState] = {
+    State.CHOOSING: "waits",
+    State.FOLLOWS: "drives",
+    State.HIDDEN: "waits",
+}
 _REASONS = {
     State.NOBODY: "person_nobody",
     State.CHOOSING: "person_choosing",

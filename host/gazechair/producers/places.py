@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import time
 import zlib
 from collections.abc import Callable, Mapping
@@ -11,12 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from gazechair.base.latest_value import Clock
+from gazechair.config.rules import WORD
 from gazechair.sensing.mapping.stored.places import Place
 from gazechair.sensing.mapping.stored.store import MapStore, Stored
 
 _PREFIX = "to"
 _KEPT_S = 20.0  # the tiles of a map stay this long after the chair's pose in it is lost
-_MODE = re.compile(r"[\w-]{1,20}")  # as accepted by messages.parse
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class Places:
             f"{_PREFIX}-{mark}-{place.number}": _target(stored, place, drawn)
             for place in stored.map.drawn.places
         }
-        return {mode: target for mode, target in found.items() if _MODE.fullmatch(mode)}
+        return {mode: target for mode, target in found.items() if WORD.fullmatch(mode)}
 
     def _map(self) -> str:
         """The present map; for a moment the previous one, so that tiles do not flicker."""

@@ -12,7 +12,7 @@ from gazechair.going.plan import Pose
 from gazechair.going.planning import Planned
 from gazechair.going.rolled import Located
 from gazechair.going.stuck import apart
-from gazechair.producers.contract import Output, Sensed
+from gazechair.producers.contract import MotionState, Output, Sensed
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.motion import Motion
@@ -21,7 +21,7 @@ POSE_DOUBTED = "going_pose_doubted"
 """Why it stands, a key of the string tables: its pose is not known for the moment."""
 _BLOCKED_S = 30.0
 _SCAN_S = 0.09  # between two views of the chair's surroundings
-_STATES = {DRIVING: "drives", BLOCKED: "blocked", PLANNING: "thinks"}
+_STATES: dict[str, MotionState] = {DRIVING: "drives", BLOCKED: "blocked", PLANNING: "thinks"}
 
 
 class Ride:

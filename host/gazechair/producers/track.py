@@ -15,7 +15,8 @@ from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
 
-_ESTIMATE_OLD_S = 0.25
+ESTIMATE_OLD_S = 0.25
+"""An older estimate is not valid for now."""
 _SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # a less certain pose counts as unknown
 _SAME_S = 1e-3
 DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.SILENT, doubts.CARRIED, doubts.LOST))
@@ -73,7 +74,7 @@ class MapTrack:
         where, newest = self._where, self.newest
         if where is None or newest is None or self._frame is None or where.map != map_:
             return None
-        if now_s - where.time_s > POSE_OLD_S or now_s - newest.time_s > _ESTIMATE_OLD_S:
+        if now_s - where.time_s > POSE_OLD_S or now_s - newest.time_s > ESTIMATE_OLD_S:
             return None
         # Whether a lidar is turned shows on the first leg, and ends it: that is no reason to wait.
         most_deg = math.hypot(_SIGMA_DEG, where.mounting_deg)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib.metadata
 import json
+import math
 import os
 import platform
 import shutil
@@ -33,6 +34,7 @@ FAIL = "FAIL"
 
 _PACKAGES = ("pyserial", "numpy", "flask", "rplidar-roboticia")
 _FREE_MB = 100
+_OUTERMOST_M = 0.75  # of the drive axle; compiled into the board as OUTERMOST_MM
 _TRIED = 4096  # bytes
 _TOOLS = (
     ("chromium", "shows the page in tests and screenshots"),
@@ -65,6 +67,7 @@ def examine(config_path: Path | None) -> list[Finding]:
     findings.append(Finding(OK, "configuration", name))
     return [
         *findings,
+        *_footprint(config),
         *_daemon(config),
         *_devices(config),
         *_plugins(config),
@@ -115,6 +118,17 @@ def _serial_ports() -> Iterator[Finding]:
             yield Finding(OK, port.path, what)
         else:
             yield Finding(FAIL, port.path, f"{what}, not permitted to this user", ports.PERMIT)
+
+
+def _footprint(config: Config) -> Iterator[Finding]:
+    farthest_m = max(math.hypot(x, y) for x, y in config.footprint.corners_m)
+    found = f"its farthest corner is {farthest_m:.2f} m from the drive axle"
+    if round(farthest_m, 2) <= _OUTERMOST_M:
+        yield Finding(OK, "footprint", found)
+    else:
+        found += f", the board limits turns for {_OUTERMOST_M:g} m"
+        do = f"that corner turns {farthest_m / _OUTERMOST_M:.1f} times as fast: docs/obstacles.md"
+        yield Finding(WARN, "footprint", found, do)
 
 
 def _daemon(config: Config) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""The web server of the pages: HTTP for files, a socket for control, one for the picture."""
+"""Web server of the pages: files and JSON over HTTP, a socket for control, one for the picture."""
 
 from gazechair.web.server import PageParts, WebError, WebServer
 

@@ -55,7 +55,7 @@ throttled = ThrottledLog(logging.getLogger(__name__))
 
 
 @dataclass(frozen=True)
-class Refusal:
+class HttpRefusal:
     """An answer instead of the page: status, reason (a key of the string tables), one line."""
 
     status: str
@@ -169,7 +169,7 @@ class Guard:
             return self._socket(environ, start, device)
         if _is_upgrade(environ):
             detail = "no WebSocket is at this address"
-            return _answer(start, Refusal("400 Bad Request", "bad_message", detail))
+            return _answer(start, HttpRefusal("400 Bad Request", "bad_message", detail))
         if FILE in environ and device.role == "caretaker":
             # One file at a time; other requests of this role continue meanwhile.
             with self._files.turn():
@@ -198,10 +198,10 @@ class Guard:
             try:
                 checked = handshake(environ)
             except BadHandshake as error:
-                return _answer(start, Refusal("400 Bad Request", "bad_message", str(error)))
+                return _answer(start, HttpRefusal("400 Bad Request", "bad_message", str(error)))
             if not arrivals.allow_opening():
                 detail = "this device opens too many sockets, or says too much on them"
-                return _answer(start, Refusal("429 Too Many Requests", "too_fast", detail))
+                return _answer(start, HttpRefusal("429 Too Many Requests", "too_fast", detail))
         connection = environ[CONNECTION]
         # The deadline for a request must not end a socket that is quiet for a while.
         connection.raw.settimeout(None)
@@ -214,19 +214,19 @@ class Guard:
             raise ConnectionAbortedError
         return answer
 
-    def _judge(self, environ: Environ) -> Refusal | None:
+    def _judge(self, environ: Environ) -> HttpRefusal | None:
         reason = foreign(environ, self._names, self._scheme)
         if reason is not None:
-            return Refusal("403 Forbidden", "not_allowed", reason)
+            return HttpRefusal("403 Forbidden", "not_allowed", reason)
         device = self._who(token_in(environ, self._cookie_name()))
         environ[DEVICE] = device
         if device is None and not is_public(str(environ.get("PATH_INFO", ""))):
             detail = "this device is not paired with this chair; open /pair"
-            return Refusal("401 Unauthorized", "not_paired", detail)
+            return HttpRefusal("401 Unauthorized", "not_paired", detail)
         return None
 
 
-def _answer(start: StartResponse, refusal: Refusal) -> Iterable[bytes]:
+def _answer(start: StartResponse, refusal: HttpRefusal) -> Iterable[bytes]:
     text = json.dumps({"reason": refusal.reason, "detail": refusal.detail}).encode() + b"\n"
     headers = [
         ("Content-Type", "application/json"),

@@ -73,17 +73,16 @@ def add_routes(
 
     @app.post("/pairing/code")
     def new_code() -> Response:
+        only_caretaker()
         role = text_in(body(), "role", _MOST_CODE)
         if role not in ROLES:
             return refuse(400, "bad_message", f'"role" must be one of {", ".join(ROLES)}')
-        only_caretaker()
         return _code(desk, role, url())
 
     @app.post("/pairing/revoke")
     def revoke() -> Response:
-        id = text_in(body(), "id", _MOST_CODE)
         only_caretaker()
-        desk.revoke(id)
+        desk.revoke(text_in(body(), "id", _MOST_CODE))
         return _devices(desk)
 
     @app.errorhandler(StoreError)

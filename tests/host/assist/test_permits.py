@@ -6,12 +6,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from gazeboard.core import limits
 from gazeboard.core.speed import SpeedBound
 from gazeboard.core.stopping import Stopping
+from gazechair.assist import assist
+from gazechair.assist import permits as permits_module
 from gazechair.assist.permits import Permits
 from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.standing import Approach
 from gazelink import arcs, codes
+from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
 from gazelink.zone import CREEP, FULL
 from gazemeasure.turn.board import settings_with
 from gazesim.zone import zone_of
@@ -117,3 +121,14 @@ def test_a_person_who_appears_ahead_finds_it_so_slow_that_the_board_goes_on():
     assert made.surprise_permille(0.5) == 1000
     assert Permits().surprise_permille(1.0) == 1000
     assert math.isfinite(approach.blocked_within_m)
+
+
+def test_the_bands_are_the_boards() -> None:
+    assert permits_module._AGAIN_M == limits.BAND_MM / 1000.0
+    assert permits_module._AGAIN_DEG == limits.BAND_Q4_DEG / 16.0
+
+
+def test_a_turn_begins_above_the_deadband_of_every_chair_that_is_not_tuned() -> None:
+    for profile in range(len(PROFILES)):
+        deadband = TABLE[index_of(profile_row(profile, "deadband_permille"))][1]
+        assert deadband <= assist._DEADBAND < 1.1 * deadband

@@ -7,9 +7,15 @@ import math
 import numpy as np
 import pytest
 
+from gazeboard.io.settings import Settings
 from gazechair.base.footprint import Footprint
 from gazechair.going.plan import Planner, Way
-from gazechair.going.standing import WAITS_S, Ahead, standing_m
+from gazechair.going.standing import PATIENCE_S, STOPS_M, WAITS_S, Ahead, standing_m
+from gazechair.sensing.clearance.standing import Approach
+from gazechair.sensing.clearance.stood import CALM_S
+from gazelink import codes
+from gazelink.settings_table import PROFILES
+from gazesim.zone import zone_of
 from goingrig import CELL_M, Box, floor
 
 WALL: Box = (3.95, 0.0, 4.05, 2.5)
@@ -29,6 +35,15 @@ def test_a_stool_is_one_a_wall_a_leg_and_a_cupboard_are_none() -> None:
     assert found.min(axis=0) == pytest.approx((16.0 + CELL_M / 2, 1.8 + CELL_M / 2))
     assert found.max(axis=0) == pytest.approx((16.3 - CELL_M / 2, 2.1 - CELL_M / 2))
     assert not len(standing_m(cells_of(WALL, leg, cupboard), CELL_M, np.zeros(2)))
+
+
+@pytest.mark.parametrize("profile", range(len(PROFILES)))
+def test_it_stops_the_chair_where_the_clearance_does_and_as_long(profile: int) -> None:
+    settings = Settings()
+    settings.profile = profile
+    approach = Approach(zone_of(settings).of(codes.DIR_FORWARD))
+    assert 0.0 <= STOPS_M - approach.blocked_within_m < 0.1
+    assert CALM_S < WAITS_S < PATIENCE_S
 
 
 def test_what_touches_a_wall_is_a_part_of_it() -> None:

@@ -164,6 +164,8 @@ def test_only_a_caretaker_pairs_and_revokes(visitor: Any, role: str) -> None:
     assert device.get("/pairing")[0] == 403
     assert device.post("/pairing/code", {"role": "caretaker"})[0] == 403
     assert device.post("/pairing/revoke", {"id": device.id})[2]["reason"] == "not_allowed"
+    assert device.post("/pairing/code", {"role": "king"})[0] == 403
+    assert device.post("/pairing/revoke", {})[0] == 403
     assert device.get("/me")[0] == 200
 
 

@@ -12,6 +12,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from gazechair.base.refused import Refused
+from gazechair.config.settings import (
+    DRIVING_MODES,
+    DWELL_MS,
+    LEAVE_GRACE_MS,
+    POINTER_STALE_MS,
+    DriverConfig,
+)
 
 Profile = dict[str, Any]
 
@@ -73,19 +80,20 @@ class Field:
 
 def fields(languages: Sequence[str], house: Mapping[str, Any]) -> dict[str, Field]:
     """Every field; `languages`: those available, `house`: defaults that replace these."""
+    driver = DriverConfig()
     table = {
         "name": Field("driver"),
         "help_sentence": Field("", longest=120),
-        "mode": Field("step", choices=("step", "continuous")),
-        "dwell_ms": Field(600, 300, 2000, 100),
+        "mode": Field(driver.mode, choices=DRIVING_MODES),
+        "dwell_ms": Field(driver.dwell_ms, *DWELL_MS, 100),
         "steer_dwell_ms": Field(200, 100, 800, 50),
         "button_dwell_ms": Field(1000, 500, 3000, 100),
-        "leave_grace_ms": Field(200, 0, 500, 50),
-        "pointer_stale_ms": Field(500, 300, 1000, 100),
+        "leave_grace_ms": Field(driver.leave_grace_ms, *LEAVE_GRACE_MS, 50),
+        "pointer_stale_ms": Field(driver.pointer_stale_ms, *POINTER_STALE_MS, 100),
         "growth_percent": Field(20, 0, 20, 5),
         "auto_off_s": Field(15, 10, 20, 1),
         "auto": Field(False, care=True),
-        "assist": Field(False, care=True),
+        "assist": Field(driver.assist, care=True),
         "scan": Field("off", choices=("off", "rows", "single")),
         "scan_switch": Field("space", choices=_SWITCHES),
         "scan_ms": Field(1500, 500, 4000, 100),

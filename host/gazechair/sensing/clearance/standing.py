@@ -29,7 +29,8 @@ APART_M = 0.06
 """Neighbouring beams that differ by more hit different objects."""
 _APART_SIGMA = 4.0  # and by more than this many times the noise of a beam
 _APART_RAD = 0.03
-_WIDE_M = (0.08, 0.9)  # from a leg in trousers to somebody broad, seen askew
+WIDE_M = 0.08, 0.9
+"""A person's least and greatest width: from a leg in trousers to somebody broad, seen askew."""
 
 AGAIN_M = 0.11
 """The board's band before it goes on (BAND_MM) plus the play of a clearance (evaluate)."""
@@ -91,7 +92,7 @@ def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray
     firsts = np.concatenate((ends[-1:] + 1 - len(points_m), ends[:-1] + 1))
     x, y = points_m.T.take(ends, axis=1) - points_m.T.take(firsts, axis=1)
     wide_m = np.hypot(x, y)
-    wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
+    wide = (wide_m >= WIDE_M[0]) & (wide_m <= WIDE_M[1])
     wide &= ends - firsts + 1 >= LEAST_BEAMS
     if where is not None:
         counted = where.nonzero()[0]  # twice: the first object may begin before the first point
@@ -100,7 +101,7 @@ def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray
     found = wide.nonzero()[0].tolist()
     objects = [np.arange(firsts[one], ends[one] + 1) % len(points_m) for one in found]
     # The ends of walls all round the lidar are close together, too.
-    return [one for one in objects if (np.ptp(points_m[one], axis=0) <= _WIDE_M[1]).all()]
+    return [one for one in objects if (np.ptp(points_m[one], axis=0) <= WIDE_M[1]).all()]
 
 
 class Standing:

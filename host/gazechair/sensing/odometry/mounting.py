@@ -60,7 +60,7 @@ class Stand:
     error_rad: float
     """The heading by this piece alone, against the sensor's."""
     off_deg: float
-    """The same by all lidars, lately; see doubts.Seen."""
+    """The same by all lidars, lately; see Seen.heading_off_deg."""
     matched: float
     known: bool
     """Whether there is a heading."""
