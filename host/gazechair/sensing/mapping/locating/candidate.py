@@ -79,6 +79,10 @@ class Candidate:
         least_m = _LEAD_M + _LEAD_OF_UNEXPLAINED * unexplained_m
         return agreement.value_m - other.agreement.value_m >= least_m
 
+    def leads_all(self, others: list[Candidate]) -> bool:
+        """Whether the chair is far more likely here than at any of the others."""
+        return all(self.leads(one) for one in others)
+
 
 def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
     """(N,): which surfaces are not close to the chair."""
@@ -88,4 +92,4 @@ def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
 def is_only(candidates: list[Candidate]) -> bool:
     """Whether the first may be the chair's pose, and none of the others."""
     best = candidates[0]
-    return best.is_possible() and all(best.leads(other) for other in candidates[1:])
+    return best.is_possible() and best.leads_all(candidates[1:])
