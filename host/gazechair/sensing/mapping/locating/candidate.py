@@ -8,6 +8,7 @@ it hides what the map has behind it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,6 +28,10 @@ _STRAIGHT_M, _STRAIGHT_COUNTS = 0.8, 2.0
 _FAR_M, _FAR_AGREED = 2.0, 0.7
 # Required lead over every other pose: metres, plus a share of what it does not explain.
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
+# Where an unmapped place of the same kind is no likely explanation: much agrees, and of what is far
+# almost all; or most, little is contradicted, and it leads its mirror image.
+_AMPLE_M, _AMPLE_FAR = 14.0, 0.9
+_CLEAR_FAR, _CLEAR_CONTRADICTED = 0.8, 0.125
 
 
 @dataclass(frozen=True)
@@ -82,6 +87,20 @@ class Candidate:
     def leads_all(self, others: list[Candidate]) -> bool:
         """Whether the chair is far more likely here than at any of the others."""
         return all(self.leads(one) for one in others)
+
+    def is_certain(self, images: Callable[[Candidate], list[Candidate]]) -> bool:
+        """Whether an unmapped place of the same kind is no likely explanation.
+
+        `images` gives the poses at which the mirror image of what was seen fits, which is nowhere:
+        what fits as well as that shows only the kind of place, as the end of a corridor.
+        """
+        agreement = self.agreement
+        if agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
+            return True
+        if self.far_agreed < _CLEAR_FAR:
+            return False
+        clear = agreement.contradicted_m <= _CLEAR_CONTRADICTED * agreement.agreed_m
+        return clear and self.leads_all(images(self))
 
 
 def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:

@@ -162,12 +162,12 @@ class Localization:
             return False
         return not claim.leads_all(other._candidates(claim.settled, claim.odometry, True))
 
-    def _fits_mirrored(self, claim: Candidate) -> bool:
-        """Whether the mirror image of what was seen, which is nowhere, fits almost as well."""
+    def _images(self, claim: Candidate) -> list[Candidate]:
+        """Where in the map the mirror image of what was seen fits; best first."""
         kept, odometry = self._kept, claim.odometry * (1.0, -1.0, -1.0)
         images = self._candidates(claim.settled.mirrored(), odometry, True)
         self._kept = kept
-        return not claim.leads_all(images)
+        return images
 
     def _forget_looks(self) -> None:
         self._looks.forget()
@@ -203,7 +203,7 @@ class Localization:
         self._claim = best
         if self._confirmed >= _CONFIRMED:
             location = self._located(best)
-            if location.is_open or location.sigma_m > FOUND_M or self._fits_mirrored(best):
+            if location.is_open or location.sigma_m > FOUND_M or not best.is_certain(self._images):
                 return
             self._keep(location)
             self._hold = Hold(best.fitted.pose, odometry)
