@@ -30,8 +30,8 @@ _FAR_M, _FAR_AGREED = 2.0, 0.7
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
 # Where an unmapped place of the same kind is no likely explanation: much agrees, and of what is far
 # almost all; or most, little is contradicted, and it leads its mirror image.
-_AMPLE_M, _AMPLE_FAR = 14.0, 0.9
-_CLEAR_FAR, _CLEAR_CONTRADICTED = 0.8, 0.125
+_AMPLE_M, _AMPLE_FAR = 14.0, 0.95
+_CLEAR_FAR, _CLEAR_AGAINST = 0.8, 0.125
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,16 @@ class Candidate:
         far = far_of(self.settled, self.odometry)
         return float(self.agreement.agreed[far].mean()) if far.any() else 1.0
 
-    def is_possible(self) -> bool:
-        """Whether the chair may be here, of which nothing else is known."""
+    @cached_property
+    def against_m(self) -> float:
+        """Length of what contradicts the pose: of the map's surfaces, and of a new straight one."""
         straight_m = self.known.new_straight_m(self.settled, self.agreement, self.frame)
         new_m = _STRAIGHT_COUNTS * max(0.0, straight_m - _STRAIGHT_M)
-        return self._agrees(_AGREED_M, self.agreement.contradicted_m + new_m)
+        return self.agreement.contradicted_m + new_m
+
+    def is_possible(self) -> bool:
+        """Whether the chair may be here, of which nothing else is known."""
+        return self._agrees(_AGREED_M, self.against_m)
 
     def is_still_possible(self, least_m: float) -> bool:
         """Whether a chair that was here still may be, with `least_m` of what agrees.
@@ -94,13 +99,11 @@ class Candidate:
         `images` gives the poses at which the mirror image of what was seen fits, which is nowhere:
         what fits as well as that shows only the kind of place, as the end of a corridor.
         """
-        agreement = self.agreement
-        if agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
+        if self.agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
             return True
-        if self.far_agreed < _CLEAR_FAR:
+        if self.against_m > _CLEAR_AGAINST * self.agreement.agreed_m:
             return False
-        clear = agreement.contradicted_m <= _CLEAR_CONTRADICTED * agreement.agreed_m
-        return clear and self.leads_all(images(self))
+        return self.far_agreed >= _CLEAR_FAR and self.leads_all(images(self))
 
 
 def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
