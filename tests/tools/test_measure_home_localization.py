@@ -140,6 +140,20 @@ def test_carried_to_where_most_that_is_seen_lies_near_walls_of_the_place_before(
     assert found is None
 
 
+@pytest.mark.parametrize(
+    ("seed", "start"), [(46, (5.255, 0.762, 2.985)), (53, (4.096, 1.035, -2.655))]
+)
+def test_a_corridor_like_one_of_the_map_in_another_home_is_no_place_in_it(
+    seed: int, start: tuple[float, float, float]
+) -> None:
+    home, other = home_plans.home(seed), home_plans.home(seed + 500)
+    home.people = other.people = ()
+    chance = np.random.default_rng(seed)
+    localization = Localization(home_localization.mapped(home, chance))
+    found, _, _ = home_localization.turning(localization, other, np.array(start), chance)
+    assert found is None
+
+
 def test_a_share_of_few_starts_is_not_judged_a_wrong_one_is() -> None:
     done = good()
     for _ in range(5):

@@ -139,6 +139,19 @@ def test_where_a_table_stood_it_does_not_take_the_room_for_one_that_had_none() -
     assert turned(localization, twin_rooms(), np.array((1.6, 1.5, 0.4)), 7)[0] is None
 
 
+@pytest.mark.parametrize("more", [(), (box(1.6, 0.7, 1.2, 0.6, 0.0, 0.9, "cupboard", 12.0),)])
+def test_a_room_that_is_its_own_mirror_image_is_no_certain_place(
+    more: tuple[Solid, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules[__name__], "CHANCE", np.random.default_rng(3))
+    corners = ((0.0, -0.7), (2.4, -1.2), (2.4, 1.2), (0.0, 0.7), (0.0, -0.7))
+    room = Room("tapering", tuple((*one, *after) for one, after in pairwise(corners)), more)
+    at = [np.array((x, y, 0.0)) for x in (0.4, 0.8, 1.3, 2.0) for y in (-0.4, -0.3, 0.1)]
+    start = np.array((0.8, -0.3, 0.5))
+    found, pose = turned(Localization(map_of(room, at)), room, start, 7)
+    assert is_right(found, pose) if more else found is None
+
+
 def test_it_follows_the_chair_and_is_not_dragged_off(grid: OccupancyGrid) -> None:
     localization = Localization(grid)
     path = [np.array((2.0 + 0.1 * k, 4.0, 0.0)) for k in range(50)]

@@ -103,3 +103,13 @@ def test_it_is_the_same_far_from_where_odometry_began(far_m: tuple[float, float]
     moved = np.sort(far.surfaces_m - off, axis=0)
     assert moved == pytest.approx(np.sort(near.surfaces_m, axis=0), abs=0.051)
     assert far.is_free(np.array([(1.0, 0.0)]) + off).all()
+
+
+def test_a_mirror_image_has_the_surfaces_and_the_floor_on_the_other_side() -> None:
+    found = settled([(1.2, 0.3)] * 5)
+    image = found.mirrored()
+    assert np.allclose(image.surfaces_m, found.surfaces_m * (1.0, -1.0))
+    at = np.stack(np.meshgrid(np.arange(0.0, 3.5, 0.05), np.arange(-4.0, 4.0, 0.05)), axis=-1)
+    at = at.reshape(-1, 2) + 0.025
+    assert (image.is_free(at * (1.0, -1.0)) == found.is_free(at)).all()
+    assert (image.is_free(at) != found.is_free(at)).any()

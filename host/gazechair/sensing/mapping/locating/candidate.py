@@ -8,6 +8,7 @@ it hides what the map has behind it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,6 +28,10 @@ _STRAIGHT_M, _STRAIGHT_COUNTS = 0.8, 2.0
 _FAR_M, _FAR_AGREED = 2.0, 0.7
 # Required lead over every other pose: metres, plus a share of what it does not explain.
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
+# Where an unmapped place of the same kind is no likely explanation: much agrees, and of what is far
+# almost all; or most, little is contradicted, and it leads its mirror image.
+_AMPLE_M, _AMPLE_FAR = 14.0, 0.95
+_CLEAR_FAR, _CLEAR_AGAINST = 0.8, 0.125
 
 
 @dataclass(frozen=True)
@@ -52,11 +57,16 @@ class Candidate:
         far = far_of(self.settled, self.odometry)
         return float(self.agreement.agreed[far].mean()) if far.any() else 1.0
 
-    def is_possible(self) -> bool:
-        """Whether the chair may be here, of which nothing else is known."""
+    @cached_property
+    def against_m(self) -> float:
+        """Length of what contradicts the pose: of the map's surfaces, and of a new straight one."""
         straight_m = self.known.new_straight_m(self.settled, self.agreement, self.frame)
         new_m = _STRAIGHT_COUNTS * max(0.0, straight_m - _STRAIGHT_M)
-        return self._agrees(_AGREED_M, self.agreement.contradicted_m + new_m)
+        return self.agreement.contradicted_m + new_m
+
+    def is_possible(self) -> bool:
+        """Whether the chair may be here, of which nothing else is known."""
+        return self._agrees(_AGREED_M, self.against_m)
 
     def is_still_possible(self, least_m: float) -> bool:
         """Whether a chair that was here still may be, with `least_m` of what agrees.
@@ -79,6 +89,22 @@ class Candidate:
         least_m = _LEAD_M + _LEAD_OF_UNEXPLAINED * unexplained_m
         return agreement.value_m - other.agreement.value_m >= least_m
 
+    def leads_all(self, others: list[Candidate]) -> bool:
+        """Whether the chair is far more likely here than at any of the others."""
+        return all(self.leads(one) for one in others)
+
+    def is_certain(self, images: Callable[[Candidate], list[Candidate]]) -> bool:
+        """Whether an unmapped place of the same kind is no likely explanation.
+
+        `images` gives the poses at which the mirror image of what was seen fits, which is nowhere:
+        what fits as well as that shows only the kind of place, as the end of a corridor.
+        """
+        if self.agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
+            return True
+        if self.against_m > _CLEAR_AGAINST * self.agreement.agreed_m:
+            return False
+        return self.far_agreed >= _CLEAR_FAR and self.leads_all(images(self))
+
 
 def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
     """(N,): which surfaces are not close to the chair."""
@@ -88,4 +114,4 @@ def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
 def is_only(candidates: list[Candidate]) -> bool:
     """Whether the first may be the chair's pose, and none of the others."""
     best = candidates[0]
-    return best.is_possible() and all(best.leads(other) for other in candidates[1:])
+    return best.is_possible() and best.leads_all(candidates[1:])

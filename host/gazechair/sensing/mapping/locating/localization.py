@@ -160,8 +160,14 @@ class Localization:
         claim = self._claim
         if claim is None:
             return False
-        rivals = other._candidates(claim.settled, claim.odometry, True)
-        return not all(claim.leads(one) for one in rivals)
+        return not claim.leads_all(other._candidates(claim.settled, claim.odometry, True))
+
+    def _images(self, claim: Candidate) -> list[Candidate]:
+        """Where in the map the mirror image of what was seen fits; best first."""
+        kept, odometry = self._kept, claim.odometry * (1.0, -1.0, -1.0)
+        images = self._candidates(claim.settled.mirrored(), odometry, True)
+        self._kept = kept
+        return images
 
     def _forget_looks(self) -> None:
         self._looks.forget()
@@ -171,7 +177,8 @@ class Localization:
         """Keep a look; False: it is too similar to the one before."""
         if self._newest is not None:
             before, before_s = self._newest
-            if not _is_apart(before, odometry) and time_s - before_s < _AGAIN_S:
+            alike = _is_within(before, odometry, _LOOK_M, _LOOK_RAD)
+            if alike and time_s - before_s < _AGAIN_S:
                 return False
         self._newest = odometry, time_s
         placed = look.moved(odometry)
@@ -196,7 +203,7 @@ class Localization:
         self._claim = best
         if self._confirmed >= _CONFIRMED:
             location = self._located(best)
-            if location.is_open or location.sigma_m > FOUND_M:
+            if location.is_open or location.sigma_m > FOUND_M or not best.is_certain(self._images):
                 return
             self._keep(location)
             self._hold = Hold(best.fitted.pose, odometry)
@@ -377,11 +384,6 @@ class Localization:
         if any(one.leads(here) for one in candidates):
             return None
         return self._located(here)
-
-
-def _is_apart(one: FloatArray, other: FloatArray) -> bool:
-    moved = between(one, other)
-    return bool(math.hypot(moved[0], moved[1]) >= _LOOK_M or abs(moved[2]) >= _LOOK_RAD)
 
 
 def _is_same(one: FloatArray, other: FloatArray) -> bool:

@@ -44,6 +44,11 @@ class Settled:
         cells = np.floor(places_m / CELL_M).astype(np.int64) - self._low
         return marked(self._free, cells)
 
+    def mirrored(self) -> Settled:
+        """Its mirror image across the x axis of odometry's frame."""
+        low = np.array((self._low[0], -self._low[1] - self._free.shape[1]))
+        return Settled(self.surfaces_m * (1.0, -1.0), self._free[:, ::-1], low)
+
 
 class RecentLooks:
     """Feed it looks, in odometry's frame."""
