@@ -19,6 +19,7 @@ from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
 from gazechair.board.zone import BoardZone
+from gazechair.commissioning.tune.forward_store import ForwardStore
 from gazechair.config.settings import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
 from gazechair.driving.error_handler import CAMERA_FLOOR, FIRST_DRIVE, FORWARD
@@ -48,7 +49,6 @@ from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.sensing.odometry.shown import shown
-from gazechair.service.tune.forward_store import ForwardStore
 
 if TYPE_CHECKING:
     from gazechair.web.access import Access

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gazechair.board.link import BoardLink
-from gazechair.service import board_settings
+from gazechair.commissioning import board_settings
 from gazechair.service.calibrate import heading
 from gazechair.service.flash import Flasher, command, repl, tree
 from gazedemo.sim_control import SimControl

@@ -6,14 +6,12 @@ import pytest
 
 from gazeboard.io.imu import OFFSETS_SIZE
 from gazeboard.io.storage import sealed
-from gazechair.service import board_settings
-from gazechair.service.board_settings import SettingsError
-from gazechair.service.calibrate import (
-    CalibrateError,
-    HeadingCalibration,
-    JoystickCalibration,
-    heading,
-)
+from gazechair.commissioning import board_settings
+from gazechair.commissioning.board_settings import SettingsError
+from gazechair.commissioning.calibrate.errors import CalibrateError
+from gazechair.commissioning.calibrate.joystick import JoystickCalibration
+from gazechair.service.calibrate import heading
+from gazechair.service.calibrate.heading import HeadingCalibration
 from gazechair.service.flash.greeting import Greeter, wait_for_hello
 from gazechair.service.flash.repl import Repl
 from liveboard import LIMIT_S, NEUTRAL, EmulatedLiveBoard

@@ -11,7 +11,7 @@ import pytest
 
 import gazesetup
 from gazechair import cli
-from gazechair.service import board_settings
+from gazechair.commissioning import board_settings
 from gazelink.settings_table import NAMES, TABLE
 from gazesim.simulator import Simulator
 

@@ -25,6 +25,7 @@ STOREYS: tuple[tuple[str, ...], ...] = (
     ("gazechair.service", "gazechair.producers"),
     (
         "gazechair.web",
+        "gazechair.commissioning",
         "gazechair.plugins",
         "gazechair.blackbox",
         "gazechair.following",

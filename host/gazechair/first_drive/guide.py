@@ -22,6 +22,16 @@ from gazechair.base.user_error import UserError
 from gazechair.board.board_commands import Clearance
 from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
 from gazechair.board.link import BoardLink
+from gazechair.commissioning.board_settings import BoardSettings, SettingRefused
+from gazechair.commissioning.calibrate.joystick import JoystickCalibration
+from gazechair.commissioning.tune import StoppedError
+from gazechair.commissioning.tune.armed_session import Hands
+from gazechair.commissioning.tune.forward import ForwardNumbers, ForwardRecording
+from gazechair.commissioning.tune.forward_runner import ForwardRunner, Measured
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
+from gazechair.commissioning.tune.runner import Runner
+from gazechair.commissioning.tune.tuning import Tuning
 from gazechair.config.settings import Config, LidarConfig
 from gazechair.driving.storing import Storing
 from gazechair.first_drive.facts import MOVES, NEUTRALS, STEPS, Facts
@@ -33,18 +43,8 @@ from gazechair.people.profiles import Profiles
 from gazechair.sensing.lidar.mask import LEAST_SCANS
 from gazechair.sensing.lidar.recorded import BEAMS
 from gazechair.sensing.lidar.scan import Scan
-from gazechair.service.board_settings import BoardSettings, SettingRefused
-from gazechair.service.calibrate import JoystickCalibration
 from gazechair.service.lidar_tools import learned_mask
-from gazechair.service.tune import StoppedError
-from gazechair.service.tune.armed_session import Hands
-from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
-from gazechair.service.tune.forward_runner import ForwardRunner, Measured
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
-from gazechair.service.tune.runner import Runner
-from gazechair.service.tune.session import PERMITTED_S, with_eyes
-from gazechair.service.tune.tuning import Tuning
+from gazechair.service.tune import PERMITTED_S, with_eyes
 from gazelink import codes
 from gazelink.settings_table import PROFILES, index_of
 

@@ -9,10 +9,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from gazechair.service import board_settings
-from gazechair.service.board_settings import SettingRefused
+from gazechair.commissioning import board_settings
+from gazechair.commissioning.board_settings import SettingRefused
+from gazechair.commissioning.calibrate.errors import CalibrateError
 from gazechair.service.calibrate.driver_files import PROGRAM, driver_files
-from gazechair.service.calibrate.errors import CalibrateError
 from gazechair.service.calibrate.program_repl import ProgramBoard, ProgramRepl
 from gazechair.service.flash import FlashError
 from gazechair.service.flash.command import find_port

@@ -22,7 +22,7 @@ def add(commands: Any) -> None:
 
 
 def _settings(options: argparse.Namespace) -> int:
-    from gazechair.service import board_settings
+    from gazechair.commissioning import board_settings
     from gazelink.settings_table import TABLE
 
     changes = [board_settings.parse(name, text) for name, text in options.set or ()]

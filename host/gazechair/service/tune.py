@@ -17,21 +17,21 @@ from gazechair.base.state_folder import state_folder
 from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
+from gazechair.commissioning.board_settings import BoardSettings, wait_for_board
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.armed_session import Hands
+from gazechair.commissioning.tune.forward import ForwardRecording
+from gazechair.commissioning.tune.forward_runner import ForwardRunner
+from gazechair.commissioning.tune.forward_store import ForwardStore
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
+from gazechair.commissioning.tune.runner import Runner
+from gazechair.commissioning.tune.tuning import Tuning
 from gazechair.config.settings import Config
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
-from gazechair.service.board_settings import BoardSettings, wait_for_board
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.armed_session import Hands
-from gazechair.service.tune.forward import ForwardRecording
-from gazechair.service.tune.forward_runner import ForwardRunner
-from gazechair.service.tune.forward_store import ForwardStore
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
-from gazechair.service.tune.runner import Runner
-from gazechair.service.tune.tuning import Tuning
 from gazelink import codes
 
 _CONNECT_S = 10.0

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gazechair.service.tune import beliefs, model
-from gazechair.service.tune.identify import identify
-from gazechair.service.tune.judge import judge
-from gazechair.service.tune.model import Pulses, angle_deg
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
+from gazechair.commissioning.tune import beliefs, model
+from gazechair.commissioning.tune.identify import identify
+from gazechair.commissioning.tune.judge import judge
+from gazechair.commissioning.tune.model import Pulses, angle_deg
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
 from gazemeasure.turn.board import settings_with
 from gazemeasure.turn.cases import monte_carlo
 from gazemeasure.turn.jobs import tune

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.identify import Fit
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.identify import Fit
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
 from gazelink.settings_table import PROFILES, TABLE, index_of
 
 _RESIDUAL_DEG = 0.25

@@ -7,8 +7,10 @@ from contextlib import contextmanager, nullcontext
 import pytest
 
 from gazechair.board.state import BoardState
-from gazechair.service.board_settings import SettingRefused, SettingsError
-from gazechair.service.calibrate import CalibrateError, JoystickCalibration, joystick
+from gazechair.commissioning.board_settings import SettingRefused, SettingsError
+from gazechair.commissioning.calibrate import joystick
+from gazechair.commissioning.calibrate.errors import CalibrateError
+from gazechair.commissioning.calibrate.joystick import JoystickCalibration
 from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
 

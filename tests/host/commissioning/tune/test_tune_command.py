@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 import pytest
 
-from gazechair.service.board_settings import SettingRefused, SettingsError
-from gazechair.service.tune import StoppedError, TuneError, tuning
-from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
-from gazechair.service.tune.tuning import Tuning
+from gazechair.commissioning.board_settings import SettingRefused, SettingsError
+from gazechair.commissioning.tune import StoppedError, TuneError, tuning
+from gazechair.commissioning.tune.forward import ForwardNumbers, ForwardRecording
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
+from gazechair.commissioning.tune.tuning import Tuning
 from gazelink import codes
 from gazelink.settings_table import PROFILES, TABLE, index_of
 from gazemeasure.turn.board import settings_with

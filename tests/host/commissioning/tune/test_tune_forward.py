@@ -13,13 +13,18 @@ import pytest
 
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.board.events import SettingReply
+from gazechair.commissioning.tune import StoppedError, TuneError
+from gazechair.commissioning.tune.forward import (
+    ForwardNumbers,
+    ForwardRecording,
+    identify,
+    step_shares,
+)
+from gazechair.commissioning.tune.forward_rows import straight_lines, straight_rows
+from gazechair.commissioning.tune.forward_runner import ForwardRunner
+from gazechair.commissioning.tune.forward_store import ForwardStore
+from gazechair.commissioning.tune.numbers import TurnNumbers
 from gazechair.sensing.odometry.doubts import CORRIDOR, STUCK
-from gazechair.service.tune import StoppedError, TuneError
-from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording, identify, step_shares
-from gazechair.service.tune.forward_rows import straight_lines, straight_rows
-from gazechair.service.tune.forward_runner import ForwardRunner
-from gazechair.service.tune.forward_store import ForwardStore
-from gazechair.service.tune.numbers import TurnNumbers
 from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
 from gazemeasure.home import forward

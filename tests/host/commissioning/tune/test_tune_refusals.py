@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from gazeboard.io.joystick import permille as reported
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.identify import Fit, identify
-from gazechair.service.tune.judge import fits_profile, judge
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.procedure import Procedure
-from gazechair.service.tune.recording import Pulse, Recording, Sample
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.identify import Fit, identify
+from gazechair.commissioning.tune.judge import fits_profile, judge
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.procedure import Procedure
+from gazechair.commissioning.tune.recording import Pulse, Recording, Sample
 from gazelink import codes
 from gazesim.board_limits import LIMITS
 

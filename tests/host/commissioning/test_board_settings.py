@@ -7,8 +7,8 @@ import pytest
 
 from fakeboard import FakeBoard
 from gazechair import cli
-from gazechair.service import board_settings
-from gazechair.service.board_settings import BoardSettings, SettingsError, parse
+from gazechair.commissioning import board_settings
+from gazechair.commissioning.board_settings import BoardSettings, SettingsError, parse
 from gazelink.settings_table import index_of
 
 

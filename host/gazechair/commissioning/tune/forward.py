@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.descent import Bounds, descend
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.descent import Bounds, descend
 from gazelink.settings_table import TABLE, index_of, profile_row
 
 Floats = NDArray[np.float64]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.identify import identify
-from gazechair.service.tune.judge import fits_profile, judge
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
-from gazechair.service.tune.runner import Runner
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.identify import identify
+from gazechair.commissioning.tune.judge import fits_profile, judge
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
+from gazechair.commissioning.tune.runner import Runner
 from gazelink import codes
 from gazemeasure.turn.tuning import truth
 from tunerig import TuneRig, tune_rig

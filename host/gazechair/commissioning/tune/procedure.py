@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from gazechair.board.state import BoardLimits
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.model import angle_deg
-from gazechair.service.tune.numbers import TurnNumbers, scaled
-from gazechair.service.tune.recording import Pulse, Recording, Sample
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.model import angle_deg
+from gazechair.commissioning.tune.numbers import TurnNumbers, scaled
+from gazechair.commissioning.tune.recording import Pulse, Recording, Sample
 from gazelink import codes
 
 CUT_DEG = 22.0  # a pulse is cut short when the chair would coast further from the start than this

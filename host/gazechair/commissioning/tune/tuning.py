@@ -1,19 +1,19 @@
-"""`gazechair tune`: guides a person through tuning one speed profile, and stores what was found."""
+"""Guides a person through tuning one speed profile, and stores what was found."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from gazechair.service.board_settings import SettingsError, may_be_done
-from gazechair.service.tune import StoppedError, TuneError
-from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
-from gazechair.service.tune.forward import identify as identify_straight
-from gazechair.service.tune.forward_rows import straight_lines, straight_rows
-from gazechair.service.tune.identify import Fit, identify
-from gazechair.service.tune.judge import fits_profile, judge
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
+from gazechair.commissioning.board_settings import SettingsError, may_be_done
+from gazechair.commissioning.tune import StoppedError, TuneError
+from gazechair.commissioning.tune.forward import ForwardNumbers, ForwardRecording
+from gazechair.commissioning.tune.forward import identify as identify_straight
+from gazechair.commissioning.tune.forward_rows import straight_lines, straight_rows
+from gazechair.commissioning.tune.identify import Fit, identify
+from gazechair.commissioning.tune.judge import fits_profile, judge
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
 from gazelink.settings_table import PROFILES, index_of, profile_row
 
 _BEFORE = """\

@@ -12,8 +12,8 @@ from typing import Protocol
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardId, BoardState
-from gazechair.service.board_settings import DRIVING
-from gazechair.service.tune import StoppedError, TuneError
+from gazechair.commissioning.board_settings import DRIVING
+from gazechair.commissioning.tune import StoppedError, TuneError
 from gazelink import codes
 
 _POLL_S = 0.002

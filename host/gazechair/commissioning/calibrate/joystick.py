@@ -1,4 +1,4 @@
-"""`gazechair calibrate joystick`: sets neutral with a meter at the unplugged DB9."""
+"""Sets the joystick's neutral with a meter at the unplugged DB9."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from gazechair.board.state import BoardState
-from gazechair.service.board_settings import DRIVING, SettingsError, may_be_done, parse
-from gazechair.service.calibrate.errors import CalibrateError
+from gazechair.commissioning.board_settings import DRIVING, SettingsError, may_be_done, parse
+from gazechair.commissioning.calibrate.errors import CalibrateError
 from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from gazechair.base.angles import half_turn_deg
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardState
-from gazechair.service.tune.armed_session import ArmedSession, Hands
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.procedure import Procedure
-from gazechair.service.tune.recording import Pulse, Recording, Sample
+from gazechair.commissioning.tune.armed_session import ArmedSession, Hands
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.procedure import Procedure
+from gazechair.commissioning.tune.recording import Pulse, Recording, Sample
 from gazelink import codes
 
 

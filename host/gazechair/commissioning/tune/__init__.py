@@ -1,4 +1,4 @@
-"""`gazechair tune`: measures on the chair how it turns and drives straight in a speed profile."""
+"""Tuning: measures on the chair how it turns and drives straight in a speed profile."""
 
 from gazechair.base.user_error import UserError
 

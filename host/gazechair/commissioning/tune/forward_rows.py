@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from gazechair.service.tune.forward import STEP_M, ForwardNumbers
-from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.forward import STEP_M, ForwardNumbers
+from gazechair.commissioning.tune.numbers import TurnNumbers
 from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
 
 _FASTER = 1.05  # safety factor on the measured speed

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gazechair.service.tune import model
-from gazechair.service.tune.descent import Bounds, Floats
-from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune import model
+from gazechair.commissioning.tune.descent import Bounds, Floats
+from gazechair.commissioning.tune.numbers import TurnNumbers
 
 # column: (spread around the profile's prior, lowest, highest)
 _ROWS = {

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gazechair.service.tune import beliefs, model
-from gazechair.service.tune.descent import Floats, Valley, descend
-from gazechair.service.tune.model import Pulses
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
+from gazechair.commissioning.tune import beliefs, model
+from gazechair.commissioning.tune.descent import Floats, Valley, descend
+from gazechair.commissioning.tune.model import Pulses
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
 
 # (error of a sample, degrees; steps): for every start, and for the best three
 _COARSE = (1.0, 10)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import pytest
 
 from gazechair.board.board_commands import Clearance
-from gazechair.service.tune.session import confirmed, with_eyes
+from gazechair.service.tune import confirmed, with_eyes
 from gazelink import codes
 
 

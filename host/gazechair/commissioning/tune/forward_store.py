@@ -10,7 +10,7 @@ from typing import Any
 from gazechair.base import json_text
 from gazechair.base.health import Health
 from gazechair.base.state_file import StateFile
-from gazechair.service.tune.forward import ForwardNumbers
+from gazechair.commissioning.tune.forward import ForwardNumbers
 from gazelink.settings_table import PROFILES, TABLE, index_of
 
 FILE_NAME = "forward.json"

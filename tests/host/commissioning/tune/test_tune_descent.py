@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gazechair.service.tune.descent import Bounds, Floats, descend
+from gazechair.commissioning.tune.descent import Bounds, Floats, descend
 
 WIDE = Bounds(np.full(2, -100.0), np.full(2, 100.0), np.ones(2))
 

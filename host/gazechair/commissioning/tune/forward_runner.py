@@ -7,11 +7,11 @@ from collections.abc import Callable
 from gazechair.base.latest_value import Entry
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardState
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.armed_session import ArmedSession, Hands
+from gazechair.commissioning.tune.forward import ForwardRecording
 from gazechair.sensing.odometry.doubts import LATE, STUCK, UNSURE
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.armed_session import ArmedSession, Hands
-from gazechair.service.tune.forward import ForwardRecording
 from gazelink import codes
 
 # (highest output, permille; duration, s) of each press.

@@ -32,8 +32,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

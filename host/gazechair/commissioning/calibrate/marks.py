@@ -9,10 +9,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from gazechair.commissioning.calibrate.errors import CalibrateError
 from gazechair.picture import floor_calibration as floor
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_calibration import Calibration, Refused, Tap, calibrate
-from gazechair.service.calibrate.errors import CalibrateError
 
 WHY = {
     floor.FEW: f"there are fewer than {floor.LEAST_TAPS} marks",
