@@ -1,22 +1,16 @@
-"""The board's settings from the command line: read, change, save; refusals in plain language."""
+"""The settings of a connected board: read, change, save; refusals in plain language."""
 
 from __future__ import annotations
 
-import contextlib
-import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 
-from gazechair.base.health import Health
 from gazechair.base.user_error import UserError
-from gazechair.board import ports
 from gazechair.board.link import BoardLink
 from gazechair.board.state import BoardState
 from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of
 
-_CONNECT_S = 6.0
 _TRIES = 3
-_POLL_S = 0.02
 DRIVING = "driving is on; switch it off first (Rijden uit)"
 _REFUSALS = {
     codes.SETTING_UNKNOWN: "the board knows no such setting; flash it with this version",
@@ -118,35 +112,3 @@ class BoardSettings:
             return reply.value
         text = "{what}: the board does not answer; is its firmware of this version?"
         raise SettingsError(text, "board_no_answer", what=what)
-
-
-@contextlib.contextmanager
-def connected(port: str) -> Iterator[BoardSettings]:
-    """The settings of the board on `port` ("auto": found by USB ids); the daemon must not run."""
-    health = Health("board")
-    link = BoardLink(ports.finder(port, ports.BOARD), health)
-    link.start()
-    try:
-        wait_for_board(link, health, time.monotonic() + _CONNECT_S)
-        yield BoardSettings(link)
-    finally:
-        link.stop()
-
-
-def wait_for_board(link: BoardLink, health: Health, end_s: float) -> None:
-    """Wait until the board reports its state; SettingsError if not by `end_s` (monotonic)."""
-    while link.state() is None:
-        if time.monotonic() > end_s:
-            why = health.detail or "no answer"
-            raise SettingsError(f"no board: {why}; stop gazechair run if it holds the port")
-        time.sleep(_POLL_S)
-
-
-def as_text(values: Sequence[int]) -> str:
-    """A table: name, value in force, default, limits."""
-    width = max(len(name) for name in NAMES)
-    lines = [f"{'setting':<{width}}  {'now':>6} {'default':>8}  limits"]
-    for (name, default, low, high), value in zip(TABLE, values, strict=True):
-        changed = " " if value == default else "*"
-        lines.append(f"{name:<{width}}  {value:>6}{changed}{default:>8}  {low}..{high}")
-    return "\n".join(lines)

@@ -24,6 +24,7 @@ from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefuse
 from gazechair.board.link import BoardLink
 from gazechair.commissioning.board_settings import BoardSettings, SettingRefused
 from gazechair.commissioning.calibrate.joystick import JoystickCalibration
+from gazechair.commissioning.lidar_mask import learned_mask
 from gazechair.commissioning.tune import StoppedError
 from gazechair.commissioning.tune.armed_session import Hands
 from gazechair.commissioning.tune.forward import ForwardNumbers, ForwardRecording
@@ -32,6 +33,7 @@ from gazechair.commissioning.tune.numbers import TurnNumbers
 from gazechair.commissioning.tune.recording import Recording
 from gazechair.commissioning.tune.runner import Runner
 from gazechair.commissioning.tune.tuning import Tuning
+from gazechair.commissioning.watched_areas import PERMITTED_S, with_eyes
 from gazechair.config.settings import Config, LidarConfig
 from gazechair.driving.storing import Storing
 from gazechair.first_drive.facts import MOVES, NEUTRALS, STEPS, Facts
@@ -43,8 +45,6 @@ from gazechair.people.profiles import Profiles
 from gazechair.sensing.lidar.mask import LEAST_SCANS
 from gazechair.sensing.lidar.recorded import BEAMS
 from gazechair.sensing.lidar.scan import Scan
-from gazechair.service.lidar_tools import learned_mask
-from gazechair.service.tune import PERMITTED_S, with_eyes
 from gazelink import codes
 from gazelink.settings_table import PROFILES, index_of
 

@@ -1,4 +1,4 @@
-"""The parts that `gazechair tune` needs: board, lidars, keyboard."""
+"""`gazechair tune`: gives the tuning what it needs, a board, lidars, a keyboard."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import threading
 import time
 import tty
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 from gazechair.base.health import Health
 from gazechair.base.state_folder import state_folder
 from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
-from gazechair.commissioning.board_settings import BoardSettings, wait_for_board
+from gazechair.commissioning.board_settings import BoardSettings
 from gazechair.commissioning.tune import TuneError
 from gazechair.commissioning.tune.armed_session import Hands
 from gazechair.commissioning.tune.forward import ForwardRecording
@@ -27,17 +26,17 @@ from gazechair.commissioning.tune.numbers import TurnNumbers
 from gazechair.commissioning.tune.recording import Recording
 from gazechair.commissioning.tune.runner import Runner
 from gazechair.commissioning.tune.tuning import Tuning
+from gazechair.commissioning.watched_areas import PERMITTED_S, with_eyes
 from gazechair.config.settings import Config
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
+from gazechair.service.board_connection import wait_for_board
 from gazelink import codes
 
 _CONNECT_S = 10.0
 _POLL_S = 0.05
-PERMITTED_S = 0.6  # until the board permits more speed: 0.3 s of a better view, and some scans
-_TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _GO = "\nEnter: go. Anything else: leave all as it is. "
 
 
@@ -60,12 +59,6 @@ def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]
             keep = ForwardStore(state_folder(config.web.state_folder)).keep
             tuning = Tuning(BoardSettings(link), record, say, confirmed, straight, keep)
             tuning.run(profile, dry_run)
-
-
-def with_eyes(clearance: Clearance) -> Clearance:
-    """`clearance` when a person watches the areas that no lidar of this chair sees: a turn then
-    enters nothing unseen. Seen and blocking areas stay."""
-    return replace(clearance, unseen=clearance.unseen & ~_TURNS)
 
 
 @contextlib.contextmanager

@@ -104,7 +104,7 @@ def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[MemoryBoard]:
     monkeypatch.setattr(Hello, "ours", property(lambda hello: hello.schema_hash != 0))
     monkeypatch.setattr(heading, "Greeter", lambda path: greeter)
     monkeypatch.setattr(heading, "wait_for_hello", made.wait_for_hello)
-    monkeypatch.setattr(heading, "board_settings", SimpleNamespace(connected=connected))
+    monkeypatch.setattr(heading, "board_connection", SimpleNamespace(connected=connected))
     time = SimpleNamespace(monotonic=lambda: clock.now_s, sleep=sleep)
     monkeypatch.setattr(heading, "time", time)
     yield made
@@ -284,7 +284,7 @@ def test_the_command_line_refuses_in_one_line(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("gazechair.commissioning.board_settings._CONNECT_S", 0.3)
+    monkeypatch.setattr("gazechair.service.board_connection._CONNECT_S", 0.3)
     assert cli.main(["calibrate", *words]) == 2
     printed = capsys.readouterr().err
     assert printed.startswith("gazechair: ")

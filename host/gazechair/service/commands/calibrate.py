@@ -59,11 +59,11 @@ def _heading(options: argparse.Namespace) -> int:
 
 
 def _joystick(options: argparse.Namespace) -> int:
-    from gazechair.commissioning import board_settings
     from gazechair.commissioning.calibrate.joystick import JoystickCalibration
+    from gazechair.service import board_connection
 
     try:
-        with board_settings.connected(options.port) as board:
+        with board_connection.connected(options.port) as board:
             JoystickCalibration(
                 board, lambda line: print(line, flush=True), sys.stdin.readline
             ).run()
