@@ -20,7 +20,7 @@ from gazechair.base.health import HealthRegistry
 from gazechair.base.refused import Refused
 from gazechair.base.user_error import UserError
 from gazechair.board.board_commands import Clearance
-from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
+from gazechair.board.caretaker_settings import CaretakerSettings, ChangeRefused
 from gazechair.board.link import BoardLink
 from gazechair.commissioning.board_settings import BoardSettings, SettingRefused
 from gazechair.commissioning.calibrate.joystick import JoystickCalibration
@@ -335,7 +335,7 @@ class Guide:
     def _profile(self, row: Any) -> None:
         try:
             self.settings.change({"profile": row})
-        except SettingsRefused as refused:
+        except ChangeRefused as refused:
             raise StepRefused(refused.reason, str(refused)) from None
         self._record.keep("profile", PROFILES[row])
 

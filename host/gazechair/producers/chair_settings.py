@@ -29,7 +29,7 @@ class Link(Protocol):
     ) -> SettingReply | None: ...
 
 
-class BoardSettings:
+class ChairSettings:
     """Refreshed by one thread, which waits for the board's answers; readable by any."""
 
     def __init__(self, link: Link) -> None:
