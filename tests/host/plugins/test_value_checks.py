@@ -9,7 +9,7 @@ import pytest
 from controlrig import Rig
 from gazechair.plugins import NOTHING, STOP, Intent, choose, drive, hold, step
 from gazechair.plugins.exchange import BadValue, Value
-from gazechair.plugins.producer import InputProducer, ModeProducer
+from gazechair.plugins.value_checks import InputRun, ModeRun
 from gazelink import codes
 
 
@@ -20,7 +20,7 @@ class Person:
         self.rig = Rig()
         self.rig.arm()
         self.clock = lambda: self.rig.now_s
-        self.input = InputProducer(self.rig.control, person, self.clock)
+        self.input = InputRun(self.rig.control, person, self.clock)
         self.press = 0
         self.stops = 0
         self.beats = True
@@ -108,7 +108,7 @@ def test_a_step_is_not_let_go_by_what_follows_it(person: Person) -> None:
 def test_what_is_pressed_at_the_start_or_through_a_stop_moves_nothing() -> None:
     person = Person()
     person.input.end()
-    person.input = InputProducer(person.rig.control, "driver", person.clock)
+    person.input = InputRun(person.rig.control, "driver", person.clock)
     person.want(hold("forward"))
     person.want(hold("left"))
     assert person.command == STILL
@@ -237,7 +237,7 @@ class Riding(Person):
     def __init__(self) -> None:
         super().__init__()
         self.offer()
-        self.mode = ModeProducer(self.rig.control, "ahead", self.clock)
+        self.mode = ModeRun(self.rig.control, "ahead", self.clock)
         self.steers: Intent | None = drive(400, 50)
         self.edge = 0
         self.held = False

@@ -24,7 +24,7 @@ _LATE_S = 1.0  # only old values for this long are a fault
 
 
 class Port(Protocol):
-    """What a producer needs from Control."""
+    """What this needs from Control."""
 
     def join(self, role: str) -> int: ...
     def disconnect(self, client: int) -> None: ...
@@ -62,7 +62,7 @@ class _Times:
         return False
 
 
-class InputProducer:
+class InputRun:
     """One run of an input's process: a client of the arbiter, alongside its person's page."""
 
     def __init__(self, port: Port, person: str, clock: Clock) -> None:
@@ -113,7 +113,7 @@ class InputProducer:
         self._port.disconnect(self._client)
 
 
-class ModeProducer:
+class ModeRun:
     """One run of a mode's process."""
 
     def __init__(
