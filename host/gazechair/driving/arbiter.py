@@ -13,7 +13,7 @@ import math
 from dataclasses import replace
 
 from gazechair.board.board_commands import Bypass, Command
-from gazechair.driving.clients import ROLES, Client, Stops
+from gazechair.driving.clients import ROLES, Client
 from gazechair.driving.help_call import HelpCall
 from gazechair.driving.messages import (
     DISARM,
@@ -37,6 +37,7 @@ from gazechair.driving.messages import (
 from gazechair.driving.mode_context import ModeOutput
 from gazechair.driving.press import DrivingPress, Presses
 from gazechair.driving.refusal import Refusal
+from gazechair.driving.stops import Stops
 from gazechair.driving.tokens import Tokens
 from gazelink import codes
 
