@@ -41,11 +41,11 @@ from gazechair.producers.service import ProducerService, child_setup
 from gazechair.producers.spot_port import SpotPort
 from gazechair.producers.spot_service import SpotService
 from gazechair.producers.tiles import people, spots
+from gazechair.sensing.inbox.feed import Feed
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.mapping.stored.store import FOLDER, MapStore
-from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.sensing.odometry.shown import shown

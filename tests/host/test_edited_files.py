@@ -20,10 +20,10 @@ from gazechair.people.pairing.store import DeviceStore
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.floor_store import FloorStore
 from gazechair.plugins import exchange
+from gazechair.sensing.inbox import inbox
 from gazechair.sensing.lidar.scanfile import _MAGIC as SCANS
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader
 from gazechair.sensing.mapping.stored import ros_map
-from gazechair.sensing.odometry import inbox
 from gazechair.service.calibrate.camera import _marks
 from gazelink.settings_table import PROFILES
 from storedmaps import home

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gazechair.base.angles import half_turn_deg
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.points import Piece
 from gazesim.home_routes import HEADINGS_DEG, Costs, Pose, Router
 from gazesim.homes import FARTHEST_M, Home

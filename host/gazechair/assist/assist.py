@@ -11,7 +11,7 @@ from gazechair.assist.own_steering import OwnSteering
 from gazechair.assist.permits import Permits
 from gazechair.assist.ways import FROM_POINTED_RAD, Way, Ways
 from gazechair.base.footprint import Footprint
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.points import Piece
 
 FULL = 1000

@@ -24,10 +24,10 @@ from gazechair.plugins.exchange import RECORDS_PER_S
 from gazechair.producers import exchange
 from gazechair.producers.contract import CHANGED
 from gazechair.producers.places import Target
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox_service import InboxService
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts, pack
-from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox_service import InboxService
 from gazelink import codes
 
 # Why a motion ended, apart from the reasons of its producer and the board.

@@ -28,8 +28,8 @@ from gazechair.commissioning.tune.runner import Runner
 from gazechair.commissioning.tune.tuning import Tuning
 from gazechair.commissioning.watched_areas import PERMITTED_S, with_eyes
 from gazechair.config.settings import Config
+from gazechair.sensing.inbox.feed import Feed
 from gazechair.sensing.lidar import LidarService
-from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.service.board_connection import wait_for_board

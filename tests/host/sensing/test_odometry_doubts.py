@@ -12,9 +12,9 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Entry
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import Piece

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import OLDER_S, Piece
 from gazesim.homes import Home

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from corridorrig import BEGINS_S, Straight, corridor
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.doubts import TURNED
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.shared_walls import SharedWalls, straight_wall

@@ -19,7 +19,7 @@ from gazechair.commissioning.tune.forward import (
     step_shares,
 )
 from gazechair.commissioning.tune.forward_runner import PRESSES, REST_S
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
 from gazemeasure.report import Report

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import Piece
 from gazemeasure import carmen_log

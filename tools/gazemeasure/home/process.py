@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from gazechair.base.health import Health
 from gazechair.config.settings import LidarConfig
-from gazechair.sensing.odometry import inbox
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.service import OdometryService

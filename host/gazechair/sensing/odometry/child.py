@@ -16,10 +16,10 @@ import numpy as np
 from gazechair.base.child_main import child_main
 from gazechair.base.child_records import RecordWriter
 from gazechair.config.settings import LidarConfig
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.lidar.scan import Pose, in_arcs
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import Piece
 

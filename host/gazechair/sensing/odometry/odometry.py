@@ -15,6 +15,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import compose
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts, is_determined
 from gazechair.sensing.odometry.drift import Drift
 from gazechair.sensing.odometry.estimate import Estimate
@@ -30,7 +31,6 @@ from gazechair.sensing.odometry.match import (
     X,
     Y,
 )
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.points import OLDER_S, Piece, seen_points
 from gazechair.sensing.odometry.prediction import predict

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from gazechair.board.state import BoardState
-from gazechair.sensing.odometry.inbox import pack_motion, send
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox.inbox import pack_motion, send
+from gazechair.sensing.inbox.motion import Motion
 
 HEADING_LATE_S = 0.02
 """Age of a heading when the host receives it: the sensor's filter and fusion take 10 to 20 ms, its

@@ -21,8 +21,8 @@ import numpy as np
 
 from gazechair.base import json_text
 from gazechair.base.footprint import FloatArray
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 
 LONGEST = 1 << 16
 _SCAN = struct.Struct("<cBHdd")  # kind, lidar, measurements, times of the first and the last

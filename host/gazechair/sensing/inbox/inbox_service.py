@@ -11,7 +11,7 @@ from typing import Any
 from gazechair.base.reasons import PARTS
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.config.settings import LidarConfig
-from gazechair.sensing.odometry import inbox
+from gazechair.sensing.inbox import inbox
 
 _START_S = 60.0
 

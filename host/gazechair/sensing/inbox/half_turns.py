@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gazechair.sensing.inbox.inbox import HalfTurn, pack_scan, send
 from gazechair.sensing.lidar.nodes import Nodes
-from gazechair.sensing.odometry.inbox import HalfTurn, pack_scan, send
 
 HALF_S = 0.05  # at 10 turns a second
 _GAP_S = 0.02
