@@ -24,10 +24,10 @@ from gazechair.sensing.inbox import inbox
 from gazechair.sensing.inbox.feed import Feed
 from gazechair.sensing.inbox.inbox import HalfTurn
 from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Lidars
 from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.worker import Worker
-from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.odometry import Odometry

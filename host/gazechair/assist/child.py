@@ -20,7 +20,7 @@ from gazechair.sensing.clearance.evaluate import footprint_of
 from gazechair.sensing.inbox import inbox
 from gazechair.sensing.inbox.inbox import HalfTurn
 from gazechair.sensing.inbox.motion import Motion
-from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.inbox.pieces import Lidars
 
 _EVERY_S = 0.05
 _PULSE_S = 0.25  # while the driver holds no button

@@ -21,8 +21,8 @@ from gazechair.sensing.inbox import inbox
 from gazechair.sensing.inbox.half_turns import HalfTurns
 from gazechair.sensing.inbox.inbox import HalfTurn
 from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Lidars
 from gazechair.sensing.lidar.stream import ByteStream
-from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED, STUCK
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.obeys import Obeys

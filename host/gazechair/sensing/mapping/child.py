@@ -16,8 +16,8 @@ from gazechair.base.child_records import RecordWriter
 from gazechair.base.newest_line import NewestLine
 from gazechair.sensing.inbox import inbox
 from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.pieces import Lidars
 from gazechair.sensing.mapping.worker import PULSE_S, Worker
-from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.estimate import Estimate
 
 _OLD_S = 0.5  # older data in the inbox is discarded
