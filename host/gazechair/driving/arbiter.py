@@ -213,8 +213,7 @@ class Arbiter:
     def _care(
         self, client: int, page: Client, message: PageMessage, now_s: float
     ) -> Refusal | None:
-        # Only the caretaker may do this.
-        if page.role != codes.CARETAKER:
+        if page.role != codes.CARETAKER:  # only they may do this
             names = {Take: "take", Reset: "reset", Cap: "cap", HoldBypass: "bypass"}
             detail = "only the caretaker may; faults also clear by a 3 s press at the chair"
             return Refusal(names.get(type(message), "message"), "not_allowed", detail)
