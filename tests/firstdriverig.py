@@ -14,6 +14,8 @@ from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Clearance
 from gazechair.board.events import SettingReply
 from gazechair.board.link import BoardLink
+from gazechair.commissioning.tune.forward import ForwardNumbers
+from gazechair.commissioning.tune.forward_store import ForwardStore
 from gazechair.config.settings import Config, LidarConfig
 from gazechair.driving.control import Control
 from gazechair.first_drive.floor_marks import FloorMarks
@@ -23,8 +25,6 @@ from gazechair.first_drive.record import Record
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.floor_store import FloorStore
 from gazechair.sensing.lidar.recorded import BEAMS
-from gazechair.service.tune.forward import ForwardNumbers
-from gazechair.service.tune.forward_store import ForwardStore
 from gazechair.web.page_client import decode
 from gazelink import codes
 from gazesim.chair_rig import ChairRig

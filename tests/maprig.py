@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.config.settings import LidarConfig
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Lidars, Piece
 from gazechair.sensing.mapping.worker import PULSE_S, Worker
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
-from gazechair.sensing.odometry.points import Piece
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, Drive
 

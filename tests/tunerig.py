@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 
-from gazechair.service.tune.armed_session import Hands
+from gazechair.commissioning.tune.armed_session import Hands
 from gazelink import codes
 from gazesim.chair import Chair
 from gazesim.chair_rig import LinkedChair

@@ -12,24 +12,30 @@ from gazechair.assist.service import AssistService
 from gazechair.base import health as states
 from gazechair.base.health import Health, HealthRegistry
 from gazechair.base.machine import Machine
-from gazechair.base.reasons import kind
+from gazechair.base.reasons import (
+    CAMERA_FLOOR,
+    DEVICES,
+    FIRST_DRIVE,
+    FORWARD,
+    PROFILES,
+    SPEED_CAP,
+    kind,
+)
 from gazechair.base.state_folder import state_folder
 from gazechair.blackbox.service import BlackBox
 from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
 from gazechair.board.zone import BoardZone
+from gazechair.commissioning.tune.forward_store import ForwardStore
 from gazechair.config.settings import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
-from gazechair.driving.error_handler import CAMERA_FLOOR, FIRST_DRIVE, FORWARD
-from gazechair.driving.speed_cap_store import PART as SPEED_CAP
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
 from gazechair.first_drive.record import Record
-from gazechair.people.pairing.store import PART as DEVICES
-from gazechair.people.profiles import PROFILES, Profiles, house_fields
+from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.camera import CameraService
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import LatestPicture
@@ -40,15 +46,14 @@ from gazechair.producers.service import ProducerService, child_setup
 from gazechair.producers.spot_port import SpotPort
 from gazechair.producers.spot_service import SpotService
 from gazechair.producers.tiles import people, spots
+from gazechair.sensing.inbox.feed import Feed
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.mapping.stored.store import FOLDER, MapStore
-from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.sensing.odometry.shown import shown
-from gazechair.service.tune.forward_store import ForwardStore
 
 if TYPE_CHECKING:
     from gazechair.web.access import Access

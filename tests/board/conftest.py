@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from gazechair.board.link import BoardLink
-from gazechair.service import board_settings
+from gazechair.commissioning import board_settings
+from gazechair.service import board_connection
 from gazechair.service.calibrate import heading
 from gazechair.service.flash import Flasher, command, repl, tree
 from gazedemo.sim_control import SimControl
@@ -41,7 +42,7 @@ def patient() -> Iterator[None]:
             for name in ("_HELLO_S", "_MAINTENANCE_S", "_START_S"):
                 patch.setattr(module, name, LIMIT_S)
         patch.setattr(repl, "_TIMEOUT_S", LIMIT_S)
-        patch.setattr(board_settings, "_CONNECT_S", LIMIT_S)
+        patch.setattr(board_connection, "_CONNECT_S", LIMIT_S)
         # Asked again while it still writes its flash, a slow board loses its session by that.
         setting = functools.partialmethod(BoardLink.setting, timeout_s=SETTING_S)
         patch.setattr(BoardLink, "setting", setting)

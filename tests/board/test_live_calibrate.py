@@ -6,14 +6,12 @@ import pytest
 
 from gazeboard.io.imu import OFFSETS_SIZE
 from gazeboard.io.storage import sealed
-from gazechair.service import board_settings
-from gazechair.service.board_settings import SettingsError
-from gazechair.service.calibrate import (
-    CalibrateError,
-    HeadingCalibration,
-    JoystickCalibration,
-    heading,
-)
+from gazechair.commissioning.board_settings import SettingsError
+from gazechair.commissioning.calibrate.errors import CalibrateError
+from gazechair.commissioning.calibrate.joystick import JoystickCalibration
+from gazechair.service import board_connection
+from gazechair.service.calibrate import heading
+from gazechair.service.calibrate.heading import HeadingCalibration
 from gazechair.service.flash.greeting import Greeter, wait_for_hello
 from gazechair.service.flash.repl import Repl
 from liveboard import LIMIT_S, NEUTRAL, EmulatedLiveBoard
@@ -155,7 +153,7 @@ def test_the_joystick_is_moved_saved_and_put_back(bench: Bench) -> None:
             wipers.append(bench.board.real_wipers)
             return next(given) + "\n"
 
-        with board_settings.connected(bench.path) as board:
+        with board_connection.connected(bench.path) as board:
             try:
                 JoystickCalibration(board, print, read_line).run()
             except (CalibrateError, SettingsError) as error:
@@ -180,5 +178,5 @@ def test_the_joystick_is_moved_saved_and_put_back(bench: Bench) -> None:
     first = undisturbed("", (171, 160), "unplugged", "171", "ok", "160", "ok", "save")
     assert first == NEUTRAL, "put back before"
     bench.in_repl(lambda repl: None)  # a reset
-    with board_settings.connected(bench.path) as board:
+    with board_connection.connected(bench.path) as board:
         assert board.all()[:2] == [171, 160]

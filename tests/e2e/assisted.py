@@ -13,8 +13,8 @@ from gazechair.assist.child import Advisor
 from gazechair.assist.service import AssistService
 from gazechair.base.health import Health
 from gazechair.config.settings import FootprintConfig, LidarConfig
-from gazechair.sensing.odometry.inbox import HalfTurn, pack_motion, pack_scan
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox.inbox import HalfTurn, pack_motion, pack_scan
+from gazechair.sensing.inbox.motion import Motion
 from gazesim.lockstep_chair import Lockstep
 from gazesim.rooms import Room
 from gazesim.world import LIDAR_HEIGHT_M, LIDAR_X_M

@@ -12,12 +12,12 @@ import numpy as np
 
 from gazechair.base import health as states
 from gazechair.base.supervisor import Status
+from gazechair.sensing.inbox.inbox import HalfTurn
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.places import Drawn
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox import HalfTurn
 from gazesim.producer_chair import ProducerChair
 from gazesim.rooms import Room
 

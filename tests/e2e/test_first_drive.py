@@ -10,16 +10,16 @@ from pathlib import Path
 import pytest
 
 from firstdriverig import AHEAD_MM, EYE, FirstDriveRig, marks
+from gazechair.commissioning.tune import tuning
+from gazechair.commissioning.tune.forward import ForwardNumbers
+from gazechair.commissioning.tune.forward_runner import PRESSES
+from gazechair.commissioning.tune.forward_store import ForwardStore
+from gazechair.commissioning.tune.identify import Fit
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.procedure import PULSES
+from gazechair.commissioning.tune.recording import Recording
 from gazechair.first_drive.facts import STEPS
 from gazechair.picture.floor_store import FloorStore
-from gazechair.service.tune import tuning
-from gazechair.service.tune.forward import ForwardNumbers
-from gazechair.service.tune.forward_runner import PRESSES
-from gazechair.service.tune.forward_store import ForwardStore
-from gazechair.service.tune.identify import Fit
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.procedure import PULSES
-from gazechair.service.tune.recording import Recording
 from gazelink import codes
 from gazelink.settings_table import PROFILES, TABLE, index_of
 from gazemeasure.turn.tuning import truth

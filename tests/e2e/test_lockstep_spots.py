@@ -10,7 +10,7 @@ import pytest
 from e2e.picture_chair import EYE, PictureChair
 from e2e.test_lockstep_line import OnTape
 from e2e.test_lockstep_look import OnFloor
-from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.inbox.inbox import HalfTurn
 from gazesim.lockstep_page import Page
 
 pytestmark = pytest.mark.costly

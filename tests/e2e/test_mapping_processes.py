@@ -11,12 +11,12 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.config.settings import LidarConfig
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.feed import Feed
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.mapping.service import MappingService
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.feed import Feed
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M

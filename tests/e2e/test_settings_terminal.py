@@ -11,7 +11,7 @@ import pytest
 
 import gazesetup
 from gazechair import cli
-from gazechair.service import board_settings
+from gazechair.service import board_connection
 from gazelink.settings_table import NAMES, TABLE
 from gazesim.simulator import Simulator
 
@@ -43,12 +43,12 @@ def port(tmp_path: Path, micropython: gazesetup.MicroPython) -> Iterator[str]:
 
 
 def test_all_are_read_changed_and_saved(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with board_settings.connected(port) as board:
+    with board_connection.connected(port) as board:
         assert board.all() == [row[1] for row in TABLE]
     words = ["settings", "--port", port, "--set", "linear_permille", "250", "--save"]
     assert cli.main(words) == 0
     assert "250*" in capsys.readouterr().out
-    with board_settings.connected(port) as board:
+    with board_connection.connected(port) as board:
         assert board.all()[NAMES.index("linear_permille")] == 250
         board.defaults()
         assert board.all() == [row[1] for row in TABLE]

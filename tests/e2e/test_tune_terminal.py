@@ -79,7 +79,7 @@ class Terminal:
         return bool(found)
 
 
-# 50 s in real time; in virtual time: tests/host/service/tune, tests/e2e/test_first_drive.py.
+# 50 s in real time; in virtual time: tests/host/commissioning/tune, tests/e2e/test_first_drive.py.
 @pytest.mark.long
 def test_a_chair_with_one_lidar_is_tuned_and_what_was_found_is_stored(config: Path) -> None:
     terminal = Terminal(config)

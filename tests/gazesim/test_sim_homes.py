@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.mapping.stored.home_map import MapError
-from gazechair.sensing.odometry.motion import Motion
 from gazesim import home_plans, home_routes, rays, ros_map
 from gazesim.home_drive import FRONT, Drive
 from gazesim.homes import GLASS, MIRROR, Event, Home, Walker

@@ -10,6 +10,8 @@ import pytest
 
 from gazechair.alerts.diary import Diary
 from gazechair.base import json_text
+from gazechair.commissioning.tune.forward import ForwardNumbers
+from gazechair.commissioning.tune.forward_store import ForwardStore
 from gazechair.config import configuration
 from gazechair.config.settings import Config
 from gazechair.driving.speed_cap_store import SpeedCapStore
@@ -18,13 +20,11 @@ from gazechair.people.pairing.store import DeviceStore
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.floor_store import FloorStore
 from gazechair.plugins import exchange
+from gazechair.sensing.inbox import inbox
 from gazechair.sensing.lidar.scanfile import _MAGIC as SCANS
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader
 from gazechair.sensing.mapping.stored import ros_map
-from gazechair.sensing.odometry import inbox
 from gazechair.service.calibrate.camera import _marks
-from gazechair.service.tune.forward import ForwardNumbers
-from gazechair.service.tune.forward_store import ForwardStore
 from gazelink.settings_table import PROFILES
 from storedmaps import home
 

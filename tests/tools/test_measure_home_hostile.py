@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.mapping.stored import ros_map
-from gazechair.sensing.odometry.motion import Motion
 from gazemeasure.home import faults, foreign
 from gazemeasure.home.faults import BUMPED, GONE, LATE, NOTHING, Drove
 from gazemeasure.home.localization import Counted

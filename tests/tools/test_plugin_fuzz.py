@@ -10,7 +10,7 @@ import pytest
 from gazechair.driving.arbiter import Arbiter
 from gazechair.driving.control import Control
 from gazechair.driving.press import DrivingPress, Presses
-from gazechair.plugins import producer
+from gazechair.plugins import value_checks
 from gazecontract.fuzz import fuzz
 from gazecontract.producer_oracle import Violation
 
@@ -22,22 +22,22 @@ def test_nothing_that_is_said_moves_the_chair_against_the_promises() -> None:
 
 
 def _times_do_not_matter(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(producer._Times, "fresh", lambda _self, _born_s: True)
+    patch.setattr(value_checks._Times, "fresh", lambda _self, _born_s: True)
 
 
 def _future_is_taken(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(producer, "_AHEAD_S", 1e9)
+    patch.setattr(value_checks, "_AHEAD_S", 1e9)
 
 
 _ALWAYS = property(lambda _self: 1e9, lambda _self, _value: None)
 
 
 def _rest_is_not_needed(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(producer.InputProducer, "_rested_s", _ALWAYS, raising=False)
+    patch.setattr(value_checks.InputRun, "_rested_s", _ALWAYS, raising=False)
 
 
 def _a_flicker_undoes_a_stop(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(producer, "_REST_S", 0.0)
+    patch.setattr(value_checks, "_REST_S", 0.0)
 
 
 def _ended_presses_come_back(patch: pytest.MonkeyPatch) -> None:
@@ -45,11 +45,11 @@ def _ended_presses_come_back(patch: pytest.MonkeyPatch) -> None:
 
 
 def _letting_go_is_not_heard(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(producer, "LET_GO", producer.Beat(None))
+    patch.setattr(value_checks, "LET_GO", value_checks.Beat(None))
 
 
 def _a_stop_is_not_heard(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(producer, "STOP", producer.Beat(None))
+    patch.setattr(value_checks, "STOP", value_checks.Beat(None))
 
 
 def _anyone_drives(patch: pytest.MonkeyPatch) -> None:
@@ -57,7 +57,7 @@ def _anyone_drives(patch: pytest.MonkeyPatch) -> None:
 
 
 def _a_mode_lives_for_ever(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(producer, "LIFE_S", 9.0)
+    patch.setattr(value_checks, "LIFE_S", 9.0)
     steer = DrivingPress.steer
     patch.setattr(DrivingPress, "steer", lambda self, a, b, till_s: steer(self, a, b, till_s + 9.0))
 
@@ -82,7 +82,7 @@ def _another_press_is_answered(patch: pytest.MonkeyPatch) -> None:
 
 
 def _a_life_that_ends_drives_on(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(producer.InputProducer, "end", lambda _self: None)
+    patch.setattr(value_checks.InputRun, "end", lambda _self: None)
 
 
 MISTAKES: tuple[Callable[[pytest.MonkeyPatch], None], ...] = (

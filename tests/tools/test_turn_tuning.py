@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from gazechair.commissioning.tune.procedure import PULSES
 from gazechair.service.bench.pot import LOWEST
-from gazechair.service.tune.procedure import PULSES
 from gazemeasure.turn import tuning
 from gazemeasure.turn.cases import Drawn
 from gazemeasure.turn.jobs import TUNED, Job, run, tune

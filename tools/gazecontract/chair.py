@@ -1,7 +1,7 @@
 """The virtual chair with a host, its driver's page, and a seat for one plug-in, in virtual time.
 
 The seat treats the plug-in like gazechair.plugins.service treats a process: its values pass through
-the same producer, and a refused one ends it.
+the same run, and a refused one ends it.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from gazechair.board.board_commands import Clearance
 from gazechair.config.settings import Config
 from gazechair.driving.control import Control
 from gazechair.plugins.exchange import BadValue, Value, unpack
-from gazechair.plugins.producer import InputProducer, ModeProducer
 from gazechair.plugins.service import world_message
+from gazechair.plugins.value_checks import InputRun, ModeRun
 from gazelink import codes
 from gazesim.chair_rig import ChairRig
 from gazesim.lockstep_link import LockstepLink
@@ -49,7 +49,7 @@ class PluginChair(ChairRig):
         self.kind = kind
         self._name = name
         self._say = say
-        self._life: InputProducer | ModeProducer | None = None
+        self._life: InputRun | ModeRun | None = None
         self._pressed = False
         self._edge = 0
         self.spoil: Callable[[Value], bytes | None] = Value.pack
@@ -67,14 +67,14 @@ class PluginChair(ChairRig):
         """The plug-in's process starts."""
         self.refused = ""
         if self.kind == "input":
-            self._life = InputProducer(self.control, "driver", self.now_s)
+            self._life = InputRun(self.control, "driver", self.now_s)
         else:
-            self._life = ModeProducer(self.control, self._name, self.now_s)
+            self._life = ModeRun(self.control, self._name, self.now_s)
             self.control.offer_mode(self._name, {"icon": "", "names": {}})
 
     def leave(self) -> None:
         """It ends, for any reason."""
-        if isinstance(self._life, InputProducer):
+        if isinstance(self._life, InputRun):
             self._life.end()
         elif self._life is not None:
             self.control.offer_mode(self._name, None)
@@ -92,7 +92,7 @@ class PluginChair(ChairRig):
             payload = self.spoil(self.value)
             if payload is not None and self._life is not None:
                 self._life.take(payload)
-                if isinstance(self._life, InputProducer) and self._life.refused:
+                if isinstance(self._life, InputRun) and self._life.refused:
                     self.reasons.add(self._life.refused)
         except BadValue as error:
             self.refused = str(error)

@@ -20,7 +20,7 @@ from gazechair.driving.clients import ROLES
 from gazechair.driving.control import Control
 from gazechair.plugins import NOTHING, STOP, choose, drive, hold, step
 from gazechair.plugins.exchange import BadValue, Value
-from gazechair.plugins.producer import InputProducer, ModeProducer
+from gazechair.plugins.value_checks import InputRun, ModeRun
 from gazecontract.fuzz_speakers import Device, Link, Page, meaning_of, motion_of
 from gazecontract.producer_oracle import Oracle, PressKey, Violation
 from gazelink import codes
@@ -55,7 +55,7 @@ class Fuzz:
             for n, role in enumerate(("driver", "driver", "caretaker", "viewer"))
         ]
         self._inputs = [
-            Device(role, f"input {role}", InputProducer(self._control, role, self._clock))
+            Device(role, f"input {role}", InputRun(self._control, role, self._clock))
             for role in ("driver", "caretaker")
         ]
         self._modes = {name: self._new_mode(name) for name in _MODES}
@@ -266,16 +266,16 @@ class Fuzz:
     def _restart(self, one: Device) -> None:
         self.oracle.ends_of(one.name)
         one.life.end()
-        one.life = InputProducer(self._control, one.role, self._clock)
+        one.life = InputRun(self._control, one.role, self._clock)
         one.lives += 1
         one.rested_s, one.born_s, one.nothing_s = 0.0, 0.0, None
         one.began_s = self._now_s
         if self._chance.random() < 0.5:
             one.press, one.stops = 0, 0
 
-    def _new_mode(self, name: str) -> ModeProducer:
+    def _new_mode(self, name: str) -> ModeRun:
         self._control.offer_mode(name, {"icon": "", "names": {}})
-        return ModeProducer(self._control, name, self._clock)
+        return ModeRun(self._control, name, self._clock)
 
     def _restart_mode(self, name: str) -> None:
         self.oracle.mode_ends(name)

@@ -8,7 +8,7 @@ from typing import Any
 from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
 from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.plugins import NOTHING, Intent
-from gazechair.plugins.producer import InputProducer
+from gazechair.plugins.value_checks import InputRun
 from gazecontract.producer_oracle import Motion
 from gazelink import codes
 from gazesim.board_limits import LIMITS
@@ -67,7 +67,7 @@ class Device:
 
     role: str
     name: str
-    life: InputProducer
+    life: InputRun
     lives: int = 0
     press: int = 0
     stops: int = 0

@@ -21,10 +21,10 @@ STOREYS: tuple[tuple[str, ...], ...] = (
     ("gazesim",),
     ("gazechair.cli", "gazeboard.main"),
     ("gazechair.daemon",),
-    ("gazechair.first_drive",),
-    ("gazechair.service", "gazechair.producers"),
+    ("gazechair.first_drive", "gazechair.service", "gazechair.producers"),
     (
         "gazechair.web",
+        "gazechair.commissioning",
         "gazechair.plugins",
         "gazechair.blackbox",
         "gazechair.following",

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gazechair.base.languages import label, message
-from gazechair.base.reasons import DRIVES, NOTE, PARTS, PLUGIN, REASONS, STANDS
-from gazechair.driving.error_handler import FILE_REASONS
+from gazechair.base.reasons import DRIVES, FILE_REASONS, NOTE, PARTS, PLUGIN, REASONS, STANDS
 from gazehouse.numbers import table
 from gazelink import codes
 from gazesetup import ROOT

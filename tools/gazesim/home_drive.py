@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gazechair.base.angles import half_turn_deg
-from gazechair.sensing.odometry.motion import Motion
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazesim.home_routes import HEADINGS_DEG, Costs, Pose, Router
 from gazesim.homes import FARTHEST_M, Home
 from gazesim.lidar_noise import MISSING, NOISE_M

@@ -24,15 +24,15 @@ from gazechair.producers.kinds import build
 from gazechair.producers.places import Places, Target
 from gazechair.producers.runner import Runner
 from gazechair.producers.service import ProducerService, child_setup
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.half_turns import HalfTurns
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.inbox_service import InboxService
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Lidars
 from gazechair.sensing.mapping.locating.whereabouts import unpack
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.child import Lidars
-from gazechair.sensing.odometry.half_turns import HalfTurns
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.inbox_service import InboxService
-from gazechair.sensing.odometry.motion import Motion
 from gazelink.settings_table import PROFILES, TABLE
 from gazesim.lockstep_chair import Lockstep
 from gazesim.lockstep_host import MASKS

@@ -10,10 +10,10 @@ from typing import Any
 from gazechair.alerts.book import OVER
 from gazechair.base import json_text
 from gazechair.base.health import Health
+from gazechair.base.reasons import ALERT_DIARY
 from gazechair.base.state_file import StateFile
 
 FILE_NAME = "alerts.jsonl"
-PART = "alert_diary"  # of the host's health
 MOST_BYTES = 100_000
 
 
@@ -22,7 +22,7 @@ class Diary:
 
     def __init__(self, folder: Path, health: Health | None = None) -> None:
         """`folder`: the state folder; `health`: degraded while the file cannot be used."""
-        self._file = StateFile(folder / FILE_NAME, health or Health(PART))
+        self._file = StateFile(folder / FILE_NAME, health or Health(ALERT_DIARY))
 
     @property
     def problem(self) -> str:

@@ -12,7 +12,6 @@ from typing import Any, Protocol
 
 from gazechair.alerts import apprise_route, mqtt
 from gazechair.alerts.book import ACKNOWLEDGED, OPEN, OVER, SENT, Alert, Book, Route
-from gazechair.alerts.diary import PART as DIARY
 from gazechair.alerts.diary import Diary
 from gazechair.alerts.message import message_of
 from gazechair.alerts.reasons import HELP, HELP_WANTED, KINDS, PART, TEST, TRIED
@@ -22,6 +21,7 @@ from gazechair.base import health as states
 from gazechair.base.battery import charge_percent
 from gazechair.base.health import HealthRegistry
 from gazechair.base.languages import sentence
+from gazechair.base.reasons import ALERT_DIARY
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.config.settings import Config
 
@@ -61,7 +61,7 @@ class Alerts:
         self._clock = clock
         self._wall = wall
         self._lock = threading.Lock()
-        self._diary = Diary(folder, parts.part(DIARY))
+        self._diary = Diary(folder, parts.part(ALERT_DIARY))
         routes = [Route(one.name, one.after_s, one.kinds) for one in config.routes]
         self._book = Book(routes)
         self._before = secrets.randbelow(1 << 30)  # a page that knew an earlier host reloads

@@ -11,8 +11,8 @@ from gazechair.assist.own_steering import OwnSteering
 from gazechair.assist.permits import Permits
 from gazechair.assist.ways import FROM_POINTED_RAD, Way, Ways
 from gazechair.base.footprint import Footprint
-from gazechair.sensing.odometry.motion import Motion
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 
 FULL = 1000
 MOST_TURN = 600

@@ -17,10 +17,10 @@ from gazechair.base.child_records import RecordWriter
 from gazechair.base.newest_line import NewestLine
 from gazechair.config.settings import FootprintConfig
 from gazechair.sensing.clearance.evaluate import footprint_of
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.child import Lidars
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Lidars
 
 _EVERY_S = 0.05
 _PULSE_S = 0.25  # while the driver holds no button

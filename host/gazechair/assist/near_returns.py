@@ -10,8 +10,8 @@ import numpy as np
 from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.clearance.surface import surfaces
-from gazechair.sensing.odometry.motion import Motion
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 
 OLD_S = 0.15
 """If the heading or the data of any lidar is older, nothing is known."""

@@ -15,7 +15,7 @@ from gazechair.base.supervisor import Status
 from gazechair.board.board_commands import Clearance, Command
 from gazechair.board.zone import BoardZone
 from gazechair.config.settings import FootprintConfig, LidarConfig
-from gazechair.sensing.odometry.inbox_service import InboxService
+from gazechair.sensing.inbox.inbox_service import InboxService
 from gazelink import codes
 
 LOST = "assist_lost"

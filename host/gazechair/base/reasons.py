@@ -5,6 +5,7 @@ The sentences are in web/strings/, under the same keys; docs/when-it-fails.md sh
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -59,6 +60,24 @@ PARTS: Mapping[str, Part] = {
     "alerts": Part(3.0, _NOTES),  # the pages show its deliveries
     PLUGIN: Part(1.0, _NOTES),  # the pages show each with its own health
 }
+
+FILES = (
+    "speed_cap",
+    "first_drive",
+    "profiles",
+    "devices",
+    "alert_diary",
+    "forward",
+    "camera_floor",
+)
+SPEED_CAP, FIRST_DRIVE, PROFILES, DEVICES, ALERT_DIARY, FORWARD, CAMERA_FLOOR = FILES
+"""Files of the state folder, as parts of the host's health."""
+
+# Files of what caretakers do are no sources that can fall silent, as PARTS are. A page shows which
+# routes fail, but neither that the broker gets nothing nor that the process that sends is lost.
+_CARE = Part(math.inf, {DEGRADED: codes.WARNING, LOST: codes.WARNING}, caretaker_only=True)
+SHOWN: Mapping[str, Part] = {**PARTS, **dict.fromkeys((*FILES, "alerts"), _CARE)}
+"""The parts and files as the message of the pages' corner counts them."""
 
 
 @dataclass(frozen=True)
@@ -199,3 +218,16 @@ REASONS: Mapping[str, Reason] = {
     "plugin_ended": Reason(_W, BUILDER, DRIVES),
     "plugin_hangs": Reason(_W, BUILDER, DRIVES),
 }
+
+FILE_DAMAGED = "file_damaged"
+"""A file could not be read; until it is written again."""
+DEVICES_DAMAGED = "devices_damaged"
+NOT_KEPT = "not_kept"
+"""The disk did not take something; until it does."""
+
+FILE_REASONS: Mapping[str, Reason] = {
+    FILE_DAMAGED: Reason(_W, CARETAKER, DRIVES),
+    DEVICES_DAMAGED: Reason(_W, CARETAKER, STANDS),
+    NOT_KEPT: Reason(_W, CARETAKER, DRIVES),
+}
+"""Rows like those of REASONS, of the FILES."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from gazechair.base.health import DEGRADED, OK, Health
-from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT, replace_file
+from gazechair.base.reasons import FILE_DAMAGED, NOT_KEPT
+from gazechair.base.state_folder import replace_file
 
 
 class StateFile:

@@ -7,10 +7,6 @@ import logging
 import os
 from pathlib import Path
 
-FILE_DAMAGED = "file_damaged"
-"""The health's reason for a file that could not be read, until it is written again."""
-NOT_KEPT = "not_kept"
-"""The health's reason for what the disk did not take, until it does."""
 _MOST_ASIDE = 10
 
 log = logging.getLogger(__name__)

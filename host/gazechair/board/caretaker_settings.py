@@ -28,7 +28,7 @@ _TRIES = 2
 Storing = contextlib.AbstractContextManager[bool]
 
 
-class SettingsRefused(Refused):
+class ChangeRefused(Refused):
     """Settings not read or changed.
 
     `unheard`: the board may have done it all the same, as its answer was lost."""
@@ -66,7 +66,7 @@ class CaretakerSettings:
     def read(self) -> dict[str, Any]:
         """{name: {"value", "low", "high", "default"}}, where each value has a name also "choices".
 
-        Raises SettingsRefused.
+        Raises ChangeRefused.
         """
         with self._lock:
             return self._read()
@@ -74,16 +74,16 @@ class CaretakerSettings:
     def change(self, values: dict[str, Any]) -> dict[str, Any]:
         """Set all `values` {name: whole number} and save them; returns as read().
 
-        Everything is checked before anything changes. Raises SettingsRefused.
+        Everything is checked before anything changes. Raises ChangeRefused.
         """
         changes = [_checked(name, value) for name, value in values.items()]
         with self._lock:
             with self._storing() as nobody_drives:
                 state = self._link.state()
                 if not nobody_drives or (state is not None and state.state != codes.DISARMED):
-                    raise SettingsRefused("setting_while_armed", "switch driving off first")
+                    raise ChangeRefused("setting_while_armed", "switch driving off first")
                 if state is not None and state.faults >> codes.CALIBRATION & 1:
-                    raise SettingsRefused("setting_by_calibration", "calibrate the joystick first")
+                    raise ChangeRefused("setting_by_calibration", "calibrate the joystick first")
                 changes += self._step(values)
                 if changes:
                     self._store(changes)
@@ -100,8 +100,8 @@ class CaretakerSettings:
             saving = True
             self._ask(codes.SETTING_SAVE)
             if any(self._ask(codes.SETTING_GET, index) != value for index, value in changes):
-                raise SettingsRefused("not_connected", "the board restarted before it saved", True)
-        except SettingsRefused as refusal:
+                raise ChangeRefused("not_connected", "the board restarted before it saved", True)
+        except ChangeRefused as refusal:
             if not saving and not refusal.unheard:
                 changed -= 1
             self._put_back(before[:changed], saving and refusal.unheard)
@@ -112,10 +112,10 @@ class CaretakerSettings:
         for index, value in reversed(before):
             try:  # reported already; the page reads again
                 self._ask(codes.SETTING_SET, index, value)
-            except SettingsRefused:
+            except ChangeRefused:
                 save = False
         if save:
-            with contextlib.suppress(SettingsRefused):
+            with contextlib.suppress(ChangeRefused):
                 self._ask(codes.SETTING_SAVE)
 
     def _step(self, values: dict[str, Any]) -> list[tuple[int, int]]:
@@ -149,20 +149,18 @@ class CaretakerSettings:
                 continue
             if reply.refused:
                 name = str(codes.reason_name(reply.refused))
-                raise SettingsRefused(name, f"the board refuses {TABLE[index][0]}: {name}", unheard)
+                raise ChangeRefused(name, f"the board refuses {TABLE[index][0]}: {name}", unheard)
             return reply.value
-        raise SettingsRefused("not_connected", "the board does not answer", unheard)
+        raise ChangeRefused("not_connected", "the board does not answer", unheard)
 
 
 def _checked(name: str, value: object) -> tuple[int, int]:
     if name not in ALLOWED:
         known = ", ".join(ALLOWED)
-        raise SettingsRefused(
-            "setting_unknown", f"no setting {name[:40]!r} here; there are {known}"
-        )
+        raise ChangeRefused("setting_unknown", f"no setting {name[:40]!r} here; there are {known}")
     index = index_of(name)
     _, _, low, high = TABLE[index]
     if type(value) is not int or not low <= value <= high:
         detail = f"{name} must be a whole number {low}..{high}"
-        raise SettingsRefused("setting_out_of_range", detail)
+        raise ChangeRefused("setting_out_of_range", detail)
     return index, value

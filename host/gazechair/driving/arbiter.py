@@ -13,7 +13,7 @@ import math
 from dataclasses import replace
 
 from gazechair.board.board_commands import Bypass, Command
-from gazechair.driving.clients import ROLES, Client, Stops
+from gazechair.driving.clients import ROLES, Client
 from gazechair.driving.help_call import HelpCall
 from gazechair.driving.messages import (
     DISARM,
@@ -37,6 +37,7 @@ from gazechair.driving.messages import (
 from gazechair.driving.mode_context import ModeOutput
 from gazechair.driving.press import DrivingPress, Presses
 from gazechair.driving.refusal import Refusal, What, what_of
+from gazechair.driving.stops import Stops
 from gazechair.driving.tokens import Tokens
 from gazelink import codes
 
@@ -212,8 +213,7 @@ class Arbiter:
     def _care(
         self, client: int, page: Client, message: PageMessage, now_s: float
     ) -> Refusal | None:
-        # Only the caretaker may do this.
-        if page.role != codes.CARETAKER:
+        if page.role != codes.CARETAKER:  # only they may do this
             detail = "only the caretaker may; faults also clear by a 3 s press at the chair"
             return Refusal(what_of(message), "not_allowed", detail)
         if isinstance(message, Take):

@@ -24,8 +24,9 @@ from gazechair.driving.needs import Calls, Link
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.shown_state import board_fields, bypass_ms
 from gazechair.driving.speed_cap_store import SpeedCapStore
-from gazechair.driving.stop_seen import StopSeen
-from gazechair.driving.untuned import StepTurns, slowed
+from gazechair.driving.step_turns import StepTurns
+from gazechair.driving.stops import StopSeen
+from gazechair.driving.untuned import slowed
 from gazechair.people.profiles import ProfileRefused, Profiles, house_fields
 from gazechair.sensing.clearance.shown import shown
 from gazelink import codes

@@ -2,54 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from gazechair.alerts.diary import PART as DIARY
 from gazechair.base.health import HealthState
-from gazechair.base.reasons import (
-    CARETAKER,
-    DEGRADED,
-    DRIVES,
-    LOST,
-    NOTE,
-    PARTS,
-    REASONS,
-    STANDS,
-    Part,
-    Reason,
-)
-from gazechair.base.state_folder import FILE_DAMAGED, NOT_KEPT
+from gazechair.base.reasons import NOTE, PARTS, REASONS, SHOWN
 from gazechair.board.state import BoardState
-from gazechair.driving.speed_cap_store import PART as SPEED_CAP
-from gazechair.people.pairing.store import DAMAGED
-from gazechair.people.pairing.store import PART as DEVICES
-from gazechair.people.profiles import PROFILES
 from gazelink import codes
 
 LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
 
-FIRST_DRIVE, FORWARD, CAMERA_FLOOR = "first_drive", "forward", "camera_floor"
-"""Parts of the host's health: files with results of the first drive, of tuning, of calibration."""
-
-# Files of what caretakers do are no sources that can fall silent, as PARTS are. A page shows which
-# routes fail, but neither that the broker gets nothing nor that the process that sends is lost.
-_CARE = Part(math.inf, {DEGRADED: codes.WARNING, LOST: codes.WARNING}, caretaker_only=True)
-_FILES = (SPEED_CAP, FIRST_DRIVE, PROFILES, DEVICES, DIARY, FORWARD, CAMERA_FLOOR)
-_SHOWN = {**PARTS, **dict.fromkeys((*_FILES, "alerts"), _CARE)}
-
-FILE_REASONS: Mapping[str, Reason] = {
-    FILE_DAMAGED: Reason(codes.WARNING, CARETAKER, DRIVES),
-    DAMAGED: Reason(codes.WARNING, CARETAKER, STANDS),
-    NOT_KEPT: Reason(codes.WARNING, CARETAKER, DRIVES),
-}
-"""Rows like those of REASONS, of these files."""
-
 # {(part, health state): severity}
-_PARTS = {
+_SEVERITIES = {
     (name, state): severity
-    for name, part in _SHOWN.items()
+    for name, part in SHOWN.items()
     for state, severity in part.severity.items()
 }
 
@@ -100,9 +66,9 @@ def of_board(state: BoardState) -> list[Problem]:
 def of_parts(parts: dict[str, HealthState]) -> list[Problem]:
     """The problems that follow from the parts' health."""
     return [
-        Problem(part.reason, _PARTS[name, part.state], _SHOWN[name].caretaker_only, part.about)
+        Problem(part.reason, _SEVERITIES[name, part.state], SHOWN[name].caretaker_only, part.about)
         for name, part in parts.items()
-        if (name, part.state) in _PARTS
+        if (name, part.state) in _SEVERITIES
         and (part.reason not in REASONS or REASONS[part.reason].severity > NOTE)
     ]
 

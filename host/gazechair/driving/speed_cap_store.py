@@ -6,11 +6,11 @@ import threading
 from pathlib import Path
 
 from gazechair.base.health import Health
+from gazechair.base.reasons import SPEED_CAP
 from gazechair.base.state_file import StateFile
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 
 FILE_NAME = "speed_cap"
-PART = "speed_cap"  # of the host's health
 _NONE = 1000
 _WRITE_AGAIN_S = 10.0
 _LAST_WRITE_S = 2.0
@@ -21,7 +21,7 @@ class SpeedCapStore:
 
     def __init__(self, folder: Path | None, health: Health | None = None) -> None:
         """`folder` None: kept in memory only; `health`: degraded while the cap is not stored."""
-        health = health or Health(PART)
+        health = health or Health(SPEED_CAP)
         self._file = None if folder is None else StateFile(folder / FILE_NAME, health)
         self._lock = threading.Lock()
         self._newest: int | None = None  # to be written

@@ -1,4 +1,4 @@
-"""Until the selected profile is tuned: slows turns, and reports where a step turn ended.
+"""Slows turns until the selected profile is tuned.
 
 Untuned, the board uses default values for the chair's turning. On 30 random simulated chairs a
 step of 10 degrees ended up to 3.9 degrees off at 60 % deflection, up to 15.5 at full; at 35 %
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from gazechair.base.angles import half_turn_deg
 from gazechair.board.board_commands import Command
 from gazechair.board.state import BoardState
 from gazelink import codes
@@ -20,7 +19,6 @@ TURN_PERMILLE = 600
 _TURNS = (codes.LEFT, codes.RIGHT)
 _OF_THEIR_OWN = (codes.TUNE, codes.AUTO)
 """Modes of motions that know how fast they may turn."""
-_SETTLED_S = 0.4  # the chair coasts a little after the last correction
 
 
 def slowed(command: Command, state: BoardState | None) -> Command:
@@ -33,44 +31,3 @@ def slowed(command: Command, state: BoardState | None) -> Command:
         turn = TURN_PERMILLE if command.turn_permille > 0 else -TURN_PERMILLE
         return replace(command, turn_permille=turn)
     return command
-
-
-class StepTurns:
-    """Follows the board's states; `turned`: result of the last step turn. Not thread-safe."""
-
-    def __init__(self) -> None:
-        self.turned: tuple[int, int] | None = None
-        """Degrees turned of degrees requested; None while there is none, or the profile is tuned"""
-        self._began_deg: float | None = None
-        self._rests_deg = 0.0
-        self._ended_s: float | None = None
-        self._sign = 1
-
-    def board(self, state: BoardState | None, command: Command) -> None:
-        """The board's newest state, and the newest command to it."""
-        if state is None or state.tuned is not False or not state.heading_known:
-            self.turned = self._began_deg = self._ended_s = None
-            return
-        if state.motion == codes.TURNING:
-            self._turning(state, command)
-            return
-        if state.motion != codes.STOPPED:
-            self._began_deg = None
-        if self._began_deg is not None and state.step_deg is not None:
-            if self._ended_s is None:
-                self._ended_s = state.received_s
-            elif state.received_s - self._ended_s >= _SETTLED_S:
-                turned = half_turn_deg(state.heading_deg - self._began_deg)
-                self.turned = round(turned * self._sign), round(state.step_deg)
-                self._began_deg = None
-        self._rests_deg = state.heading_deg
-
-    def _turning(self, state: BoardState, command: Command) -> None:
-        if self._ended_s is not None:
-            self._began_deg = None  # another one begins before that came to rest
-        self._ended_s = None
-        step = command.mode == codes.STEP and command.verb in _TURNS
-        if step and command.edge == state.edge and self._began_deg is None:
-            self._began_deg = self._rests_deg
-            self._sign = 1 if command.verb == codes.LEFT else -1
-            self.turned = None

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from gazechair.commissioning.calibrate.errors import CalibrateError
+from gazechair.commissioning.calibrate.marks import ByEye, from_marks
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_calibration import Tap
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.pixels import CAN_DECODE, size_px
-from gazechair.service.calibrate.errors import CalibrateError
-from gazechair.service.calibrate.marks import ByEye, from_marks
 
 MOST_MARKS = 16
 _MOST_CM = 1000.0

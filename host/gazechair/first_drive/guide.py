@@ -20,8 +20,20 @@ from gazechair.base.health import HealthRegistry
 from gazechair.base.refused import Refused
 from gazechair.base.user_error import UserError
 from gazechair.board.board_commands import Clearance
-from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
+from gazechair.board.caretaker_settings import CaretakerSettings, ChangeRefused
 from gazechair.board.link import BoardLink
+from gazechair.commissioning.board_settings import BoardSettings, SettingRefused
+from gazechair.commissioning.calibrate.joystick import JoystickCalibration
+from gazechair.commissioning.lidar_mask import learned_mask
+from gazechair.commissioning.tune import StoppedError
+from gazechair.commissioning.tune.armed_session import Hands
+from gazechair.commissioning.tune.forward import ForwardNumbers, ForwardRecording
+from gazechair.commissioning.tune.forward_runner import ForwardRunner, Measured
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.recording import Recording
+from gazechair.commissioning.tune.runner import Runner
+from gazechair.commissioning.tune.tuning import Tuning
+from gazechair.commissioning.watched_areas import PERMITTED_S, with_eyes
 from gazechair.config.settings import Config, LidarConfig
 from gazechair.driving.storing import Storing
 from gazechair.first_drive.facts import MOVES, NEUTRALS, STEPS, Facts
@@ -33,18 +45,6 @@ from gazechair.people.profiles import Profiles
 from gazechair.sensing.lidar.mask import LEAST_SCANS
 from gazechair.sensing.lidar.recorded import BEAMS
 from gazechair.sensing.lidar.scan import Scan
-from gazechair.service.board_settings import BoardSettings, SettingRefused
-from gazechair.service.calibrate import JoystickCalibration
-from gazechair.service.lidar_tools import learned_mask
-from gazechair.service.tune import StoppedError
-from gazechair.service.tune.armed_session import Hands
-from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
-from gazechair.service.tune.forward_runner import ForwardRunner, Measured
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.recording import Recording
-from gazechair.service.tune.runner import Runner
-from gazechair.service.tune.session import PERMITTED_S, with_eyes
-from gazechair.service.tune.tuning import Tuning
 from gazelink import codes
 from gazelink.settings_table import PROFILES, index_of
 
@@ -335,7 +335,7 @@ class Guide:
     def _profile(self, row: Any) -> None:
         try:
             self.settings.change({"profile": row})
-        except SettingsRefused as refused:
+        except ChangeRefused as refused:
             raise StepRefused(refused.reason, str(refused)) from None
         self._record.keep("profile", PROFILES[row])
 

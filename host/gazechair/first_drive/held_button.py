@@ -13,8 +13,8 @@ from enum import Enum, auto
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardId, BoardState
+from gazechair.commissioning.tune.armed_session import Link
 from gazechair.driving.press import Presses
-from gazechair.service.tune.armed_session import Link
 from gazelink import codes
 
 

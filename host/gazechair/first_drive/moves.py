@@ -7,9 +7,9 @@ from collections.abc import Callable
 from gazechair.base.angles import half_turn_deg
 from gazechair.board.board_commands import Command
 from gazechair.board.state import BoardState, BoardStats
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.armed_session import ArmedSession, Hands
 from gazechair.driving.untuned import TURN_PERMILLE
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.armed_session import ArmedSession, Hands
 from gazelink import codes
 
 _RELAY_S = 3.0  # the board reports its relay once a second

@@ -15,10 +15,10 @@ from typing import Any
 
 from gazechair.base import json_text
 from gazechair.base.health import Health
+from gazechair.base.reasons import FIRST_DRIVE
 from gazechair.base.state_file import StateFile
 from gazechair.config.rules import Arc, arcs
 from gazechair.config.settings import LidarConfig
-from gazechair.driving.error_handler import FIRST_DRIVE
 from gazechair.sensing.lidar.mask import MOST_DEG
 
 FILE_NAME = "first_drive.json"

@@ -15,8 +15,9 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import from_frame, to_frame
 from gazechair.following.legs import Scan
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.points import Piece, taken_for
+from gazechair.sensing.odometry.points import taken_for
 
 _SAME_S = 1e-4
 _TURN_S, _SOON_S = 0.1, 0.09  # length of a turn; least time between two results

@@ -129,8 +129,7 @@ class Mission:
 
     def locate(self, located: Located | None) -> None:
         """Where the chair is; None: not known."""
-        before = self._located
-        self._located = located
+        before, self._located = self._located, located
         if before is None or located is None:
             return
         dt = located.time_s - before.time_s

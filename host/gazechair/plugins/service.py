@@ -16,7 +16,7 @@ from gazechair.base.reasons import PARTS, PLUGIN
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.config.plugin_tables import PluginConfig
 from gazechair.driving.mode_context import ModeContext
-from gazechair.plugins import producer
+from gazechair.plugins import value_checks
 from gazechair.plugins.child import LOST, SETTING
 from gazechair.plugins.exchange import LONGEST, RECORDS_PER_S, Facts, Value, plain, unpack_facts
 from gazechair.plugins.found import find
@@ -33,7 +33,7 @@ _IDLE_LOOK_S = 0.02
 _WORLD_PERIOD_S = 0.018  # for 50 per second, with a margin
 
 
-class Port(producer.Port, Protocol):
+class Port(value_checks.Port, Protocol):
     """What plug-ins need from Control."""
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
@@ -49,7 +49,7 @@ class Plugin(Supervised):
         self._port = port
         self.health = health
         self._clock = clock
-        self._life: producer.InputProducer | producer.ModeProducer | None = None
+        self._life: value_checks.InputRun | value_checks.ModeRun | None = None
         self._facts = Facts("", "", {})
         self._reported_s = 0.0
 
@@ -122,18 +122,18 @@ class Plugin(Supervised):
             raise
         self._report(value)
 
-    def _begin(self) -> producer.InputProducer | producer.ModeProducer:
+    def _begin(self) -> value_checks.InputRun | value_checks.ModeRun:
         if self.config.kind == "input":
-            return producer.InputProducer(self._port, self.config.person, self._clock)
+            return value_checks.InputRun(self._port, self.config.person, self._clock)
         tile = asdict(self._facts)
         del tile["about"]
         self._port.offer_mode(self.config.name, tile)
         auto = self._facts.auto
-        return producer.ModeProducer(self._port, self.config.name, self._clock, auto)
+        return value_checks.ModeRun(self._port, self.config.name, self._clock, auto)
 
     def _end(self) -> None:
         life, self._life = self._life, None
-        if isinstance(life, producer.InputProducer):
+        if isinstance(life, value_checks.InputRun):
             life.end()
         elif life is not None:
             self._port.offer_mode(self.config.name, None)

@@ -21,9 +21,9 @@ from gazechair.picture.newest import PictureReader
 from gazechair.producers.contract import STEP_S, Setup
 from gazechair.producers.kinds import build
 from gazechair.producers.runner import Runner
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.pieces import Lidars
 from gazechair.sensing.mapping.locating.whereabouts import unpack
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.child import Lidars
 
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:

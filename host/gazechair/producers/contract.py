@@ -15,10 +15,10 @@ from typing import Any, Literal, get_args
 
 from gazechair.base.footprint import Footprint
 from gazechair.picture.newest import Shot
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
-from gazechair.sensing.odometry.points import Piece
 
 STEP_S = 0.05
 """Period of the steps."""

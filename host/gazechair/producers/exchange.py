@@ -30,7 +30,7 @@ class Record:
     """A received record."""
 
     value: bytes
-    """For plugins.producer.ModeProducer."""
+    """For plugins.value_checks.ModeRun."""
     state: str
     reason: str
     shown: Mapping[str, Any]

@@ -13,7 +13,7 @@ from typing import Any
 from gazechair.base.health import Health
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.config.settings import LidarConfig
-from gazechair.producers.board_settings import BoardSettings, Link
+from gazechair.producers.chair_settings import ChairSettings, Link
 from gazechair.producers.service import Port, ProducerService
 from gazechair.producers.spot_service import At, SpotService
 
@@ -30,7 +30,7 @@ class Producers:
     def __init__(self, services: Sequence[ProducerService]) -> None:
         self.services = tuple(services)
         self._spots = [one for one in self.services if isinstance(one, SpotService)]
-        self._settings: BoardSettings
+        self._settings: ChairSettings
         self._stopping = threading.Event()
         self._log = ThrottledLog(log)
         self._threads = [
@@ -40,7 +40,7 @@ class Producers:
 
     def connect(self, port: Port, link: Link) -> None:
         """Before the start."""
-        self._settings = BoardSettings(link)
+        self._settings = ChairSettings(link)
 
         def override() -> str:
             state = link.state()

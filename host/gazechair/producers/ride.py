@@ -13,9 +13,9 @@ from gazechair.going.planning import Planned
 from gazechair.going.rolled import Located
 from gazechair.going.stuck import apart
 from gazechair.producers.contract import MotionState, Output, Sensed
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 
 POSE_DOUBTED = "going_pose_doubted"
 """Why it stands, a key of the string tables: its pose is not known for the moment."""

@@ -16,12 +16,11 @@ from gazechair.base.latest_value import Clock
 from gazechair.picture.newest import Shot
 from gazechair.producers.contract import Ask, Output, Press, Producer, Sensed, SpotProducer
 from gazechair.producers.exchange import MESSAGE_OLD_S, pack
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Lidars, Piece
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
-from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
-from gazechair.sensing.odometry.points import Piece
 
 PULSE_S = 0.25
 _WAITS_S = 0.03  # for a step, in a tick

@@ -18,16 +18,16 @@ from gazechair.base.supervisor import Status, Supervised
 from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.driving.mode_context import ModeContext
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.plugins import producer
+from gazechair.plugins import value_checks
 from gazechair.plugins.child import LOST
 from gazechair.plugins.exchange import RECORDS_PER_S
 from gazechair.producers import exchange
 from gazechair.producers.contract import CHANGED
 from gazechair.producers.places import Target
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox_service import InboxService
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts, pack
-from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox_service import InboxService
 from gazelink import codes
 
 # Why a motion ended, apart from the reasons of its producer and the board.
@@ -46,7 +46,7 @@ _NICE = 5  # a busy producer must not take the processor from the parts that sto
 Settings = Callable[[], Mapping[str, int] | None]
 
 
-class Port(producer.Port, Protocol):
+class Port(value_checks.Port, Protocol):
     """What this needs from Control."""
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
@@ -60,7 +60,7 @@ class _Ride:
     mode: str
     number: int
     target: Target
-    judge: producer.ModeProducer
+    judge: value_checks.ModeRun
     begun_s: float
     record: exchange.Record | None = None
     received_s: float = 0.0
@@ -244,7 +244,7 @@ class ProducerService(InboxService):
             cap = self._port.mode_context().cap_permille
             return ChairNumbers.of(settings or {}).within(linear, turn, cap)
 
-        judge = producer.ModeProducer(self._port, context.mode, self._clock, True, within)
+        judge = value_checks.ModeRun(self._port, context.mode, self._clock, True, within)
         self._ride = _Ride(
             context.mode,
             context.press,

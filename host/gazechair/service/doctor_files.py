@@ -7,12 +7,12 @@ from pathlib import Path
 
 from gazechair.alerts.diary import Diary
 from gazechair.base.health import DEGRADED, LOST, HealthRegistry, HealthState
+from gazechair.commissioning.tune.forward_store import ForwardStore
 from gazechair.config.settings import Config
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.people.pairing.store import DeviceStore
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.floor_store import FloorStore
-from gazechair.service.tune.forward_store import ForwardStore
 
 
 def damaged(folder: Path, config: Config) -> Iterator[HealthState]:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
-
 from gazechair.base import health as states
 from gazechair.base.user_error import UserError
+from gazechair.commissioning.lidar_mask import learned_mask
 from gazechair.config.rules import to_toml
-from gazechair.config.settings import Config, FootprintConfig, LidarConfig
+from gazechair.config.settings import Config, LidarConfig
 from gazechair.sensing.lidar.device import S2, LidarError, find_port
-from gazechair.sensing.lidar.mask import Learned, MaskError, learn
+from gazechair.sensing.lidar.mask import Learned, MaskError
 from gazechair.sensing.lidar.reader import Intake, Reader
-from gazechair.sensing.lidar.scan import Arc, Pose, Scan
+from gazechair.sensing.lidar.scan import Arc, Scan
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanWriter
 from gazechair.sensing.lidar.stream import PERIODS_S, ByteStream
 from gazelink import codes
@@ -58,12 +57,6 @@ def mask(config: Config, seconds: float, say: Say) -> bool:
             for line in _lines(lidar, learned, len(scans)):
                 say(line)
     return good
-
-
-def learned_mask(lidar: LidarConfig, scans: Sequence[Scan], footprint: FootprintConfig) -> Learned:
-    """The mask of `lidar` from its scans. Raises MaskError."""
-    pose = Pose(lidar.x_m, lidar.y_m, lidar.heading_deg, lidar.upside_down)
-    return learn(scans, pose, np.array(footprint.corners_m, dtype=np.float64))
 
 
 def _collect(lidar: LidarConfig, seconds: float) -> list[Scan]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flask import Flask, Response
 
-from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
+from gazechair.board.caretaker_settings import CaretakerSettings, ChangeRefused
 from gazechair.web.answers import answer, body, only_caretaker, refuse
 from gazechair.web.first_drive_routes import Steps
 
@@ -36,6 +36,6 @@ def add_routes(app: Flask, settings: CaretakerSettings, steps: Steps) -> None:
             return refuse(409, "first_busy", "a step of the first drive uses the settings")
         return answer({"settings": settings.change(values)})
 
-    @app.errorhandler(SettingsRefused)
-    def refused(error: SettingsRefused) -> Response:
+    @app.errorhandler(ChangeRefused)
+    def refused(error: ChangeRefused) -> Response:
         return refuse(_STATUS.get(error.reason, 502), error.reason, str(error))

@@ -9,8 +9,8 @@ from gazechair.assist.assist import STRAIGHT_ON, Assist, _Leg, _Spot
 from gazechair.assist.ways import Way
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.board.board_commands import Clearance
-from gazechair.sensing.odometry.motion import Motion
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazelink import codes
 from gazelink.arcs import ALL_FAR
 from gazesim.rooms import Room, cast_rays

@@ -18,9 +18,9 @@ from gazechair.base.health import Health
 from gazechair.board.board_commands import STOP_COMMAND, Clearance, Command
 from gazechair.board.zone import BoardZone
 from gazechair.config.settings import FootprintConfig, LidarConfig
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
 from gazelink import codes
 from gazesim.core_rig import Core
 from patience import wait_until

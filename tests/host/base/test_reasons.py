@@ -10,8 +10,7 @@ import pytest
 import gazechair
 from gazechair.base.health import Health
 from gazechair.base.languages import languages, message
-from gazechair.base.reasons import NOTE, PARTS, PLUGIN, REASONS, THEN, WHO
-from gazechair.driving.error_handler import FILE_REASONS
+from gazechair.base.reasons import FILE_REASONS, NOTE, PARTS, PLUGIN, REASONS, THEN, WHO
 from gazelink import codes
 
 HOST = Path(gazechair.__file__).parent

@@ -12,6 +12,7 @@ import pytest
 
 from gazechair.base import state_file
 from gazechair.base.health import OK, HealthRegistry
+from gazechair.base.reasons import SPEED_CAP
 from gazechair.base.state_folder import replace_file
 from gazechair.config.settings import Config
 from gazechair.driving import speed_cap_store
@@ -31,7 +32,7 @@ def host(folder: Path | None) -> Control:
     parts = HealthRegistry()
     for name in ("board", "lidar", "camera"):
         parts.part(name).set(OK)
-    kept = SpeedCapStore(folder, parts.part(speed_cap_store.PART))
+    kept = SpeedCapStore(folder, parts.part(SPEED_CAP))
     return Control(Config(), NoBoard(), parts, speed_cap=kept)
 
 

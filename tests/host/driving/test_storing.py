@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fakeboard import FakeBoard
-from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
+from gazechair.board.caretaker_settings import CaretakerSettings, ChangeRefused
 from gazechair.driving.storing import Storing
 from gazelink import codes
 from gazelink.settings_table import index_of
@@ -40,7 +40,7 @@ def test_after_a_refusal_everybody_may_arm_again(lost: bool) -> None:
     board, storing = FakeBoard(), Storing(lambda: False)
     board.loses = lambda request, *_: lost and request == codes.SETTING_SAVE
     board.refuses = lambda request, _: request == codes.SETTING_SAVE and codes.SETTING_NOT_STORED
-    with pytest.raises(SettingsRefused):
+    with pytest.raises(ChangeRefused):
         CaretakerSettings(board, storing=storing.store).change(VALUES)
     with storing.arm() as free:
         assert free
@@ -50,7 +50,7 @@ def test_while_somebody_is_about_to_drive_nothing_is_stored() -> None:
     """The board may not have armed for them yet."""
     board, storing = FakeBoard(), Storing(lambda: True)
     before = list(board.values)
-    with pytest.raises(SettingsRefused) as refused:
+    with pytest.raises(ChangeRefused) as refused:
         CaretakerSettings(board, storing=storing.store).change(VALUES)
     assert refused.value.reason == "setting_while_armed"
     assert (board.values, board.saved) == (before, [])

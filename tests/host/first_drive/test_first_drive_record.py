@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from gazechair.base.health import HealthRegistry
+from gazechair.base.reasons import FIRST_DRIVE
 from gazechair.config.settings import LidarConfig
 from gazechair.driving import error_handler
 from gazechair.first_drive import record as module
@@ -62,7 +63,7 @@ def test_a_full_disk_keeps_it_until_there_is_space_and_the_caretaker_is_told(
     monkeypatch.setattr(module, "_WRITE_AGAIN_S", 0.05)
     (tmp_path / "state").write_text("in the way")
     parts = HealthRegistry()
-    record = Record(tmp_path / "state", parts.part(error_handler.FIRST_DRIVE))
+    record = Record(tmp_path / "state", parts.part(FIRST_DRIVE))
 
     def shown() -> list[tuple[str, bool]]:
         problems = error_handler.of_parts(parts.states())

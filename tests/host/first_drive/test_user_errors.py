@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import gazechair
-from gazechair.service.calibrate.marks import WHY
+from gazechair.commissioning.calibrate.marks import WHY
 
 HOST = Path(gazechair.__file__).parent
 NL = Path(__file__).parents[3] / "web" / "strings" / "nl-first.json"
@@ -16,13 +16,13 @@ SOURCES = [
     "first_drive/floor_marks.py",
     "first_drive/moves.py",
     "sensing/lidar/mask.py",
-    "service/board_settings.py",
-    "service/calibrate/joystick.py",
-    "service/calibrate/marks.py",
-    "service/tune/armed_session.py",
-    "service/tune/tuning.py",
-    "service/tune/judge.py",
-    "service/tune/procedure.py",
+    "commissioning/board_settings.py",
+    "commissioning/calibrate/joystick.py",
+    "commissioning/calibrate/marks.py",
+    "commissioning/tune/armed_session.py",
+    "commissioning/tune/tuning.py",
+    "commissioning/tune/judge.py",
+    "commissioning/tune/procedure.py",
 ]
 # For a terminal only: what is typed there, and the tools' own connection.
 TERMINAL = ("no setting", "must be a whole number", "no board", "--height")

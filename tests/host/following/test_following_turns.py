@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from gazechair.following.turns import Turn, Turns
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.points import OLDER_S, Piece
+from gazechair.sensing.odometry.points import OLDER_S
 
 _WALL_M = 3.0
 _SPEED_M_S, _RATE_DEG_S = 0.3, 25.0

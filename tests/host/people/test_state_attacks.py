@@ -14,6 +14,8 @@ import pytest
 
 from gazechair.alerts.diary import Diary
 from gazechair.base.health import Health, HealthRegistry
+from gazechair.commissioning.tune.forward import ForwardNumbers
+from gazechair.commissioning.tune.forward_store import ForwardStore
 from gazechair.config.settings import Config
 from gazechair.driving.error_handler import of_parts
 from gazechair.driving.speed_cap_store import SpeedCapStore
@@ -24,8 +26,6 @@ from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
-from gazechair.service.tune.forward import ForwardNumbers
-from gazechair.service.tune.forward_store import ForwardStore
 from gazelink.settings_table import PROFILES
 
 YEAR_S = 365 * 86400.0

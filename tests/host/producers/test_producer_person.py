@@ -15,11 +15,10 @@ from gazechair.producers import exchange
 from gazechair.producers.contract import Output, Press, Sensed, Setup
 from gazechair.producers.person import NARROW, OLD_S, SIGHT_LOST, UNSEEN, PersonProducer
 from gazechair.producers.runner import Runner
-from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Lidars, Piece
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
-from gazechair.sensing.odometry.points import Piece
 from gazelink.settings_table import TABLE, profile_row
 from gazesim import rays
 from gazesim.producer_chair import Inline

@@ -11,7 +11,7 @@ import pytest
 from controlrig import QUIET
 from gazechair.board.events import SettingReply
 from gazechair.board.state import BoardState
-from gazechair.producers.board_settings import BoardSettings
+from gazechair.producers.chair_settings import ChairSettings
 from gazelink import codes
 from gazelink.settings_table import TABLE
 
@@ -26,7 +26,7 @@ class Board:
         self.session = 1
         self.answers = True
         self.reads = 0
-        self.settings = BoardSettings(self)
+        self.settings = ChairSettings(self)
 
     def state(self) -> BoardState:
         return replace(QUIET, state=self.safety, received_s=self.now_s)

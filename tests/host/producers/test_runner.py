@@ -14,7 +14,7 @@ from gazechair.plugins.exchange import unpack as value_of
 from gazechair.producers.contract import STEP_S, Output, Press, Producer, Sensed, Setup
 from gazechair.producers.exchange import unpack
 from gazechair.producers.runner import Runner
-from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.inbox.pieces import Lidars
 
 _DRIVES = Output((400, 0), "drives")
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR, Drive, Mounted, Truth

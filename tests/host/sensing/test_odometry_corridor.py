@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from corridorrig import BEGINS_S, Straight, corridor, with_doors
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.apart import Constraints
 from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED, STUCK, TURNED
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.match import FORWARD, STATES, X, Y
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import stand_alone
 from gazechair.sensing.odometry.speed_by_command import SpeedByCommand

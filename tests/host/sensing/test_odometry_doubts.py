@@ -12,12 +12,12 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Entry
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.odometry import Odometry
-from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.shown import shown
 from gazelink import codes
 from gazesim.homes import Home, Walker

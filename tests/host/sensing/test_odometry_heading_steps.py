@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazesim.homes import Home
 from host.sensing.test_odometry_doubts import Path, first, pieces, room, still

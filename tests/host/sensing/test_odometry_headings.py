@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from gazechair.board.state import BoardState
-from gazechair.sensing.odometry import inbox
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.feed import HEADING_LATE_S, Feed
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.doubts import DIFFERS, TURNED
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.feed import HEADING_LATE_S, Feed
 from gazechair.sensing.odometry.headings import beyond, rate_rad_s
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
-from gazechair.sensing.odometry.points import Piece
 from gazelink import codes
 from homerig import NOISE_M, flat
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from gazechair.base.health import Health
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.odometry import Odometry
 from gazelink import codes

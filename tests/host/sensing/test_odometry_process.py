@@ -17,14 +17,14 @@ import pytest
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Entry
 from gazechair.config.settings import LidarConfig
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.half_turns import HalfTurns
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Lidars
 from gazechair.sensing.lidar.stream import ByteStream
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.doubts import CORRIDOR, PUSHED, STUCK
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.half_turns import HalfTurns
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.sensing.odometry.shown import shown

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from corridorrig import BEGINS_S, Straight, corridor
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.doubts import TURNED
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
-from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.shared_walls import SharedWalls, straight_wall
 from gazesim.home_drive import FRONT, REAR, Drive
 from gazesim.home_plans import home

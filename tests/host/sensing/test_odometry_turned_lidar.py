@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from gazechair.base.poses import between, compose
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.doubts import TURNED
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
-from gazechair.sensing.odometry.points import Piece
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR, Drive, Mounted
 from gazesim.homes import Home

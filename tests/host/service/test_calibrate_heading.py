@@ -13,8 +13,10 @@ from fakeboardfiles import FakeBoardFiles
 from gazeboard.boards import pins
 from gazeboard.io import imu
 from gazechair import cli
-from gazechair.service.board_settings import SettingRefused, SettingsError
-from gazechair.service.calibrate import CalibrateError, HeadingCalibration, driver_files, heading
+from gazechair.commissioning.board_settings import SettingRefused, SettingsError
+from gazechair.commissioning.calibrate.errors import CalibrateError
+from gazechair.service.calibrate import driver_files, heading
+from gazechair.service.calibrate.heading import HeadingCalibration
 from gazechair.service.flash import FlashError
 from gazechair.service.flash.greeting import Hello
 from gazelink import codes, frame
@@ -102,7 +104,7 @@ def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[MemoryBoard]:
     monkeypatch.setattr(Hello, "ours", property(lambda hello: hello.schema_hash != 0))
     monkeypatch.setattr(heading, "Greeter", lambda path: greeter)
     monkeypatch.setattr(heading, "wait_for_hello", made.wait_for_hello)
-    monkeypatch.setattr(heading, "board_settings", SimpleNamespace(connected=connected))
+    monkeypatch.setattr(heading, "board_connection", SimpleNamespace(connected=connected))
     time = SimpleNamespace(monotonic=lambda: clock.now_s, sleep=sleep)
     monkeypatch.setattr(heading, "time", time)
     yield made
@@ -235,7 +237,7 @@ def test_a_second_ctrl_c_while_the_older_one_is_put_back_is_said_with_what_was_l
     board.files[heading.STORED] = OLDER
     board.stops_waiting = 2
     made = HeadingCalibration(lambda _: None, lambda path: board)
-    monkeypatch.setattr("gazechair.service.calibrate.HeadingCalibration", lambda say: made)
+    monkeypatch.setattr(heading, "HeadingCalibration", lambda say: made)
     assert cli.main(["calibrate", "heading", "--port", "/dev/board", "--seconds", "60"]) == 2
     assert heading.STORED not in board.files
     printed = capsys.readouterr().err
@@ -282,7 +284,7 @@ def test_the_command_line_refuses_in_one_line(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("gazechair.service.board_settings._CONNECT_S", 0.3)
+    monkeypatch.setattr("gazechair.service.board_connection._CONNECT_S", 0.3)
     assert cli.main(["calibrate", *words]) == 2
     printed = capsys.readouterr().err
     assert printed.startswith("gazechair: ")

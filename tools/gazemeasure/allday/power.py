@@ -22,6 +22,9 @@ from gazechair.alerts.diary import FILE_NAME as DIARY
 from gazechair.alerts.diary import Diary
 from gazechair.alerts.reasons import HELP_WANTED
 from gazechair.blackbox.reader import LogFile
+from gazechair.commissioning.tune.forward import ForwardNumbers
+from gazechair.commissioning.tune.forward_store import FILE_NAME as FORWARD
+from gazechair.commissioning.tune.forward_store import ForwardStore
 from gazechair.config.settings import Config
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 from gazechair.driving.speed_cap_store import FILE_NAME as SPEED_CAP
@@ -41,9 +44,6 @@ from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import FOLDER as MAPS
 from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.mapping.upkeep import Ledger, load_ledger
-from gazechair.service.tune.forward import ForwardNumbers
-from gazechair.service.tune.forward_store import FILE_NAME as FORWARD
-from gazechair.service.tune.forward_store import ForwardStore
 from gazechair.web.certificate import Certificate
 from gazelink.settings_table import PROFILES as MOTION_PROFILES
 from gazemeasure.allday.chair import DayChair

@@ -20,9 +20,9 @@ from gazechair.assist.assist import Assist
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.evaluate import Evaluator
+from gazechair.sensing.inbox.motion import Motion as Moved
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import to_chair
-from gazechair.sensing.odometry.motion import Motion as Moved
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.go.assist_routes import route

@@ -7,8 +7,8 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.doubts import PUSHED, STUCK
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazemeasure.report import Report, percentile
 from gazesim import home_plans

@@ -12,9 +12,9 @@ from functools import partial
 
 import numpy as np
 
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.lidar.dense import CapsuleDecoder
 from gazechair.sensing.mapping.building.pose_graph import MissingPackageError
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazemeasure.home import (
     alarms,

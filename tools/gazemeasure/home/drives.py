@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.doubts import PUSHED, STUCK, TURNED
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
 from gazemeasure.home import maps
 from gazemeasure.home.maps import Judged, MapJudge

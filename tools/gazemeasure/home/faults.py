@@ -15,12 +15,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gazechair.base.poses import between
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.mapping.locating.atlas import Atlas
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry import doubts
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.odometry import Odometry
-from gazechair.sensing.odometry.points import Piece
 from gazemeasure.home.localization import is_right, mapped
 from gazemeasure.report import Report, percentile
 from gazesim import home_plans

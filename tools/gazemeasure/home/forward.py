@@ -11,16 +11,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from gazechair.sensing.odometry.motion import Motion
-from gazechair.sensing.odometry.odometry import Odometry
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.forward import (
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.forward import (
     STEP_M,
     ForwardRecording,
     identify,
     step_shares,
 )
-from gazechair.service.tune.forward_runner import PRESSES, REST_S
+from gazechair.commissioning.tune.forward_runner import PRESSES, REST_S
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.odometry.odometry import Odometry
 from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
 from gazemeasure.report import Report
 from gazesim import home_plans

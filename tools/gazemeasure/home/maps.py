@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.mapping.making import Making
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.points import Piece
 from gazemeasure.report import Report
 from gazemeasure.spread import Spread, together
 from gazesim.home_drive import LIDAR_HEIGHT_M, Truth

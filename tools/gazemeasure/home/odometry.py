@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.odometry import Odometry
-from gazechair.sensing.odometry.points import Piece
 from gazemeasure import carmen_log
 from gazemeasure.carmen_log import Frame
 from gazemeasure.report import Report

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 from gazechair.base.health import Health
 from gazechair.config.settings import LidarConfig
-from gazechair.sensing.odometry import inbox
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.obeys import Obeys
-from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.service import OdometryService
 from gazemeasure.growth import Holding, cpu_s, slope_per_hour
 from gazemeasure.report import Report, percentile

@@ -17,9 +17,9 @@ from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import Footprint
 from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.evaluate import Evaluator
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import Pose, Scan, in_arcs, to_chair
-from gazechair.sensing.odometry.points import Piece
 from gazelink import codes
 from gazemeasure import prototype_rule
 from gazesim.lidar_noise import MISSING

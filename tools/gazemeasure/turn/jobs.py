@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from gazechair.service.tune import TuneError
-from gazechair.service.tune.identify import identify
-from gazechair.service.tune.judge import fits_profile
-from gazechair.service.tune.judge import judge as judge_fit
-from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune import TuneError
+from gazechair.commissioning.tune.identify import identify
+from gazechair.commissioning.tune.judge import fits_profile
+from gazechair.commissioning.tune.judge import judge as judge_fit
+from gazechair.commissioning.tune.numbers import TurnNumbers
 from gazelink.settings_table import PROFILES
 from gazemeasure.turn.board import settings_with
 from gazemeasure.turn.cases import Drawn

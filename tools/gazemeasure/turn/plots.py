@@ -5,8 +5,8 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
-from gazechair.service.tune.identify import identify
-from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.identify import identify
+from gazechair.commissioning.tune.numbers import TurnNumbers
 from gazelink.settings_table import PROFILES
 from gazemeasure.turn import jobs
 from gazemeasure.turn.board import settings_with

@@ -8,9 +8,9 @@ from typing import Any
 
 from gazeboard.core.limits import WIPER_NEUTRAL
 from gazeboard.io.joystick import permille
-from gazechair.service.tune.numbers import TurnNumbers
-from gazechair.service.tune.procedure import Procedure
-from gazechair.service.tune.recording import Recording, Sample
+from gazechair.commissioning.tune.numbers import TurnNumbers
+from gazechair.commissioning.tune.procedure import Procedure
+from gazechair.commissioning.tune.recording import Recording, Sample
 from gazelink import codes
 from gazemeasure.turn.board import BoardMotion
 from gazemeasure.turn.run import Bench

@@ -11,11 +11,10 @@ from pathlib import Path
 
 from gazechair.base import json_text
 from gazechair.base.health import LOST, Health
+from gazechair.base.reasons import DEVICES, DEVICES_DAMAGED
 from gazechair.base.state_file import StateFile
 
 FILE_NAME = "paired.jsonl"
-PART = "devices"  # of the host's health
-DAMAGED = "devices_damaged"
 MOST_DEVICES = 32
 ROLES = ("driver", "caretaker", "viewer")
 
@@ -64,7 +63,7 @@ class DeviceStore:
             raise StoreError(f"{folder} is no folder; move it away") from None
         except OSError as error:
             raise StoreError(f"{folder}: {error.strerror}; who owns the folder?") from None
-        self._file = StateFile(self._path, health or Health(PART), DAMAGED)
+        self._file = StateFile(self._path, health or Health(DEVICES), DEVICES_DAMAGED)
         try:
             text = self._path.read_text(encoding="utf-8-sig", errors="replace")
         except FileNotFoundError:

@@ -2,6 +2,6 @@
 
 from gazechair.people.profiles.fields import ProfileRefused, fields
 from gazechair.people.profiles.house import house_fields
-from gazechair.people.profiles.store import PROFILES, Profiles
+from gazechair.people.profiles.store import Profiles
 
-__all__ = ["PROFILES", "ProfileRefused", "Profiles", "fields", "house_fields"]
+__all__ = ["ProfileRefused", "Profiles", "fields", "house_fields"]

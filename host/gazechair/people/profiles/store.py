@@ -12,13 +12,13 @@ from typing import Any
 
 from gazechair.base import json_text
 from gazechair.base.health import Health
+from gazechair.base.reasons import PROFILES
 from gazechair.base.state_file import StateFile
 from gazechair.people.profiles.fields import Field, Profile, ProfileRefused, check_whole
 
 FILE_NAME = "profiles.json"
 MOST_PROFILES = 16
 _DIGITS = 9  # of an id; a longer one was written by hand
-PROFILES = "profiles"  # of the host's health
 
 log = logging.getLogger(__name__)
 

@@ -24,13 +24,13 @@ from gazechair.base.child_main import child_main
 from gazechair.base.child_records import RecordWriter
 from gazechair.config.settings import FootprintConfig, LidarConfig
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
+from gazechair.sensing.inbox.half_turns import HalfTurns
 from gazechair.sensing.lidar import recorded, zone_message
 from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness
 from gazechair.sensing.lidar.reader import Reader
 from gazechair.sensing.lidar.report import LOST, LidarReport, Report
 from gazechair.sensing.lidar.scan import ChairView, Placing, Pose, Scan, view_of
 from gazechair.sensing.lidar.stream import Tap
-from gazechair.sensing.odometry.half_turns import HalfTurns
 
 _PULSE_S = 0.1  # a report at least this often, also without scans
 _HANGS_S = 12.0

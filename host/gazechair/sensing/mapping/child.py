@@ -14,11 +14,11 @@ from typing import Any, NoReturn
 from gazechair.base.child_main import child_main
 from gazechair.base.child_records import RecordWriter
 from gazechair.base.newest_line import NewestLine
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.pieces import Lidars
 from gazechair.sensing.mapping.worker import PULSE_S, Worker
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox import HalfTurn
 
 _OLD_S = 0.5  # older data in the inbox is discarded
 

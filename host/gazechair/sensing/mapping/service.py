@@ -15,12 +15,12 @@ from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import Status
 from gazechair.config.settings import LidarConfig
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox_service import InboxService
 from gazechair.sensing.mapping.locating.whereabouts import Fix, Whereabouts, onward
 from gazechair.sensing.mapping.stored.picture import Picture
 from gazechair.sensing.mapping.worker import AGAIN, KNOW, MAKE, SAVE, UNKNOWN
-from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox_service import InboxService
 
 LOST = "map_lost"
 NOWHERE = "map_unknown"

@@ -14,6 +14,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol
 
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.pieces import Lidars
 from gazechair.sensing.mapping.keeping import Keeping
 from gazechair.sensing.mapping.locating.atlas import Atlas
 from gazechair.sensing.mapping.locating.looks import Looks, Seen
@@ -22,9 +24,7 @@ from gazechair.sensing.mapping.making import SILENT, Making
 from gazechair.sensing.mapping.stored.picture import sketched
 from gazechair.sensing.mapping.stored.places import EditRefused
 from gazechair.sensing.mapping.stored.store import MapStore
-from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox import HalfTurn
 
 # Reasons after which saving can be retried: the collected key scans are kept.
 AGAIN = ("map_not_stored", "map_full", "map_empty")

@@ -7,61 +7,20 @@ import select
 import socket
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, NoReturn
 
-import numpy as np
-
 from gazechair.base.child_main import child_main
 from gazechair.base.child_records import RecordWriter
-from gazechair.config.settings import LidarConfig
-from gazechair.sensing.lidar.scan import Pose, in_arcs
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.inbox import HalfTurn
-from gazechair.sensing.odometry.motion import Motion
+from gazechair.sensing.inbox import inbox
+from gazechair.sensing.inbox.inbox import HalfTurn
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Lidars
 from gazechair.sensing.odometry.odometry import Odometry
-from gazechair.sensing.odometry.points import Piece
 
 _OLD_S = 0.5  # older data in the inbox is discarded
 _PULSE_S = 0.5
-_TURN_S = 0.1
-
-
-class Lidars:
-    """Mounting of each lidar, by its index in the configuration."""
-
-    def __init__(self, configs: tuple[LidarConfig, ...]) -> None:
-        self._configs = configs
-        self._poses = [Pose(c.x_m, c.y_m, c.heading_deg, c.upside_down) for c in configs]
-
-    @classmethod
-    def of(cls, rows: Sequence[Mapping[str, Any]]) -> Lidars:
-        """From the rows in a child's argument."""
-        return cls(
-            tuple(
-                LidarConfig(**{**fields, "mask": tuple(tuple(arc) for arc in fields["mask"])})
-                for fields in rows
-            )
-        )
-
-    def piece(self, half: HalfTurn) -> Piece | None:
-        """The half turn without masked measurements; None: nothing is left."""
-        if half.lidar >= len(self._configs):
-            return None
-        config, pose = self._configs[half.lidar], self._poses[half.lidar]
-        count = len(half.angles_deg)
-        kept = np.flatnonzero(~in_arcs(half.angles_deg, config.mask))
-        if not len(kept) or half.last_s <= half.first_s:
-            return None
-        return Piece(
-            pose.directions_deg(half.angles_deg[kept]),
-            half.distances_m[kept],
-            np.linspace(half.first_s, half.last_s, count)[kept],
-            (pose.x_m, pose.y_m),
-            round(_TURN_S * (count - 1) / (half.last_s - half.first_s)),
-            half.lidar,
-        )
 
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.reports import OLD_S, Reports
 
 _SLOPE_S = 0.08

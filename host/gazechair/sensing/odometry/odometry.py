@@ -15,6 +15,8 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import compose
+from gazechair.sensing.inbox.motion import Motion
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.doubts import DIFFERS, FEW, LOST, Doubts, is_determined
 from gazechair.sensing.odometry.drift import Drift
 from gazechair.sensing.odometry.estimate import Estimate
@@ -30,9 +32,8 @@ from gazechair.sensing.odometry.match import (
     X,
     Y,
 )
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.mounting import Mounting, Stand
-from gazechair.sensing.odometry.points import OLDER_S, Piece, seen_points
+from gazechair.sensing.odometry.points import OLDER_S, seen_points
 from gazechair.sensing.odometry.prediction import predict
 from gazechair.sensing.odometry.progress import Progress
 from gazechair.sensing.odometry.repeated import repeats

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import MutableSequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.inbox.pieces import Piece
 
 _PER_TURN = 720  # points a turn, at most: neighbours are averaged to about as many
 _NEAREST_M = 0.15
@@ -22,34 +22,6 @@ _LINE_M, _BEYOND = 0.05, 3.0  # off a line through neighbours; past its end, in 
 OLDER_S = 0.03
 """By this much a piece may be older than another lidar's; the chair's speed tells the motion."""
 _SAME_S = 1e-4
-
-
-@dataclass(frozen=True)
-class Piece:
-    """Consecutive measurements of one lidar, in the order in which they were made.
-
-    `directions_deg`: in the chair's frame, left positive. `distances_m`: 0 = no return.
-    `origin_m`: the lidar's position. `times_s`: monotonic. `per_turn`: measurements in a turn.
-    `lidar`: its index in the configuration. `as_of_s`: see `at_s`.
-    """
-
-    directions_deg: FloatArray
-    distances_m: FloatArray
-    times_s: FloatArray
-    origin_m: tuple[float, float]
-    per_turn: int
-    lidar: int = 0
-    as_of_s: float | None = None
-
-    @property
-    def middle_s(self) -> float:
-        """The middle of its times."""
-        return 0.5 * float(self.times_s[0] + self.times_s[-1])
-
-    @property
-    def at_s(self) -> float:
-        """Time to which its points are moved and its estimate refers; the middle if not set."""
-        return self.middle_s if self.as_of_s is None else self.as_of_s
 
 
 def taken_for(pieces: MutableSequence[Piece], time_s: float) -> Piece | None:

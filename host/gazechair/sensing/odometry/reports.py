@@ -11,8 +11,8 @@ import numpy as np
 
 from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import FloatArray
+from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.heading_steps import HeadingSteps
-from gazechair.sensing.odometry.motion import Motion
 from gazechair.sensing.odometry.seen import Outputs
 from gazechair.sensing.odometry.speed_by_command import CHANGED_S, DEAD_S
 

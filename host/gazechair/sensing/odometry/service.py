@@ -11,9 +11,9 @@ from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import Status
 from gazechair.config.settings import LidarConfig
+from gazechair.sensing.inbox.inbox_service import InboxService
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.inbox_service import InboxService
 from gazechair.sensing.odometry.obeys import Obeys
 
 LOST = "odometry_lost"

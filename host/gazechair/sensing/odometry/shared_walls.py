@@ -17,7 +17,7 @@ import numpy as np
 from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import compose
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.inbox.pieces import Piece
 
 # One turn of every lidar is looked at in each interval: it costs a twentieth of a match.
 _LOOK_S, _EVERY_S = 0.11, 0.5

@@ -1,7 +1,1 @@
-"""`gazechair calibrate`: the heading sensor's own calibration, and the joystick's neutral."""
-
-from gazechair.service.calibrate.errors import CalibrateError
-from gazechair.service.calibrate.heading import HeadingCalibration
-from gazechair.service.calibrate.joystick import JoystickCalibration
-
-__all__ = ("CalibrateError", "HeadingCalibration", "JoystickCalibration")
+"""`gazechair calibrate`: the heading sensor on the board; the camera, from a picture and a file."""

@@ -13,13 +13,13 @@ from pathlib import Path
 from gazechair.base.health import Health
 from gazechair.base.output_file import write_output
 from gazechair.base.state_folder import state_folder
+from gazechair.commissioning.calibrate.errors import CalibrateError
+from gazechair.commissioning.calibrate.marks import ByEye, from_marks
 from gazechair.config.settings import Config
 from gazechair.picture.camera import CameraService
 from gazechair.picture.floor_calibration import Calibration, Tap
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.pixels import CAN_DECODE, size_px
-from gazechair.service.calibrate.errors import CalibrateError
-from gazechair.service.calibrate.marks import ByEye, from_marks
 
 _PICTURE_S = 15.0
 

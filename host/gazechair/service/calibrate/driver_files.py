@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 from pathlib import Path
 
-from gazechair.service.calibrate.errors import CalibrateError
+from gazechair.commissioning.calibrate.errors import CalibrateError
 
 # Module -> path on the board: what adafruit_bno055 imports over I2C, and no more.
 _DRIVER = {

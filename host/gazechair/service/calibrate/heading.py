@@ -9,10 +9,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from gazechair.service import board_settings
-from gazechair.service.board_settings import SettingRefused
+from gazechair.commissioning.board_settings import BoardSettings, SettingRefused
+from gazechair.commissioning.calibrate.errors import CalibrateError
+from gazechair.service import board_connection
 from gazechair.service.calibrate.driver_files import PROGRAM, driver_files
-from gazechair.service.calibrate.errors import CalibrateError
 from gazechair.service.calibrate.program_repl import ProgramBoard, ProgramRepl
 from gazechair.service.flash import FlashError
 from gazechair.service.flash.command import find_port
@@ -172,11 +172,11 @@ class HeadingCalibration:
             )
 
     def _store(self, path: str) -> None:
-        with board_settings.connected(path) as board:
+        with board_connection.connected(path) as board:
             self._ask_to_store(board)
 
     # Its fusion restarts with the firmware, so the sensor may need a while to report 3 again.
-    def _ask_to_store(self, board: board_settings.BoardSettings) -> None:
+    def _ask_to_store(self, board: BoardSettings) -> None:
         self._say("asking the firmware to store it; let the sensor lie still")
         end_s = time.monotonic() + _STORE_S
         while True:

@@ -46,7 +46,7 @@ def add(commands: Any) -> None:
 
 
 def _heading(options: argparse.Namespace) -> int:
-    from gazechair.service.calibrate import HeadingCalibration
+    from gazechair.service.calibrate.heading import HeadingCalibration
     from gazechair.service.flash import FlashError
 
     try:
@@ -59,11 +59,11 @@ def _heading(options: argparse.Namespace) -> int:
 
 
 def _joystick(options: argparse.Namespace) -> int:
-    from gazechair.service import board_settings
-    from gazechair.service.calibrate import JoystickCalibration
+    from gazechair.commissioning.calibrate.joystick import JoystickCalibration
+    from gazechair.service import board_connection
 
     try:
-        with board_settings.connected(options.port) as board:
+        with board_connection.connected(options.port) as board:
             JoystickCalibration(
                 board, lambda line: print(line, flush=True), sys.stdin.readline
             ).run()
@@ -73,8 +73,8 @@ def _joystick(options: argparse.Namespace) -> int:
 
 
 def _camera(options: argparse.Namespace) -> int:
+    from gazechair.commissioning.calibrate.marks import ByEye
     from gazechair.service.calibrate import camera
-    from gazechair.service.calibrate.marks import ByEye
 
     config = configuration.load(options.config)
     seen = {name: getattr(options, name) for name in ("height_m", "down_deg", "field_deg")}

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import Any
+
+from gazelink.settings_table import NAMES, TABLE
 
 
 def add(commands: Any) -> None:
@@ -22,15 +25,15 @@ def add(commands: Any) -> None:
 
 
 def _settings(options: argparse.Namespace) -> int:
-    from gazechair.service import board_settings
-    from gazelink.settings_table import TABLE
+    from gazechair.commissioning.board_settings import parse
+    from gazechair.service import board_connection
 
-    changes = [board_settings.parse(name, text) for name, text in options.set or ()]
+    changes = [parse(name, text) for name, text in options.set or ()]
     new: dict[int, int] = {}
     if options.defaults:  # all but the joystick's neutral
         rows = enumerate(TABLE)
         new = {index: row[1] for index, row in rows if not row[0].startswith("neutral_")}
-    with board_settings.connected(options.port) as board:
+    with board_connection.connected(options.port) as board:
         if options.defaults:
             board.defaults()
         for index, value in changes:
@@ -39,5 +42,15 @@ def _settings(options: argparse.Namespace) -> int:
             board.save(new | dict(changes))
         if options.save_heading:
             board.save_heading()
-        print(board_settings.as_text(board.all()))
+        print(_as_text(board.all()))
     return 0
+
+
+def _as_text(values: Sequence[int]) -> str:
+    """A table: name, value in force, default, limits."""
+    width = max(len(name) for name in NAMES)
+    lines = [f"{'setting':<{width}}  {'now':>6} {'default':>8}  limits"]
+    for (name, default, low, high), value in zip(TABLE, values, strict=True):
+        changed = " " if value == default else "*"
+        lines.append(f"{name:<{width}}  {value:>6}{changed}{default:>8}  {low}..{high}")
+    return "\n".join(lines)

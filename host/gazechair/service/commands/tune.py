@@ -22,7 +22,7 @@ def add(commands: Any) -> None:
 
 
 def _tune(options: argparse.Namespace) -> int:
-    from gazechair.service.tune.session import tune
+    from gazechair.service.tune import tune
 
     settings = configuration.load(options.config)
     try:

@@ -10,9 +10,10 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.poses import between
+from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.mapping.locating.map_match import Look, together
 from gazechair.sensing.odometry.estimate import Estimate
-from gazechair.sensing.odometry.points import Piece, seen_points, taken_for
+from gazechair.sensing.odometry.points import seen_points, taken_for
 
 _TURN_S = 0.11  # of a lidar, with some slack
 _KEPT = 16  # pieces: of four lidars
