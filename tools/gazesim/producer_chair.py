@@ -155,7 +155,8 @@ class ProducerChair(Lockstep, ABC):
         return Inline()
 
     def _override(self) -> str:
-        return str(self.page.shown.get("override", ""))
+        state = None if self.host is None else self.host.link.state()
+        return "" if state is None else str(state.override_name)
 
     def begin_child(self) -> None:
         """Start a new child."""
