@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from e2e.going_chair import GoingChair
+from e2e.going_chair import WHERE_MS, GoingChair
 from gazeboard.core import limits
 from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.lockstep_page import Page
@@ -19,6 +19,7 @@ KITCHEN, BED = (0.9, 0.1, 10.0), (1.0, -0.3, -10.0)
 PATH_MS = 60  # of a page's word: network, host and cable
 PAGE_MS = 20  # from a page to the wheels, in an idle network
 PLAN_MS = 3000
+HEARS_MS = 40  # after neutral, until the host knows that the motion has ended
 SUPERVISION_MS = 3000  # the setting
 POSE_LOST_MS = 500
 
@@ -70,7 +71,7 @@ def ends(
     ms = chair.until(chair.neutral, limit_ms + 100)
     measured(END_TO_END, promise, cause, ms, limit_ms)
     # The host hears of it before its cause is gone; a pose is lost after half a second.
-    chair.stays_still(20 if chair.located else max(20, POSE_LOST_MS - ms))
+    chair.stays_still(HEARS_MS if chair.located else max(HEARS_MS, POSE_LOST_MS - ms))
     chair.alive, chair.stopped, chair.located, chair.looks = True, False, True, True
     chair.stays_still(400)
     assert chair.news["reason"] == reason
@@ -200,6 +201,7 @@ def test_what_it_was_pressed_for_is_taken_away(chair: GoingChair) -> None:
         chair.stays_still(300)
         chair.map, chair.allowed = "home", True
         chair.until(lambda: "Bed" in chair.tiles, 600)
+        chair.run(WHERE_MS)  # its process, too, knows in which map it is: it answers at once
         if change is not changes[-1]:
             go(chair)
     old = f"{chair.tiles['Bed'][:-1]}1"

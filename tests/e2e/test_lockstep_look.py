@@ -123,7 +123,7 @@ def test_another_look_on_the_way_ends_it_and_drives_nowhere(chair: OnFloor) -> N
     mode = chair.spot["mode"]
     chair.looks_at(1.6, -0.4)
     chair.until(chair.neutral, PATH_MS)
-    assert chair.news["reason"] == "going_stopped"
+    chair.until(lambda: chair.news["reason"] == "going_stopped", PATH_MS)
     chair.until(lambda: bool(chair.spot["mode"]), 5000)
     assert chair.spot["mode"] != mode
     chair.page.choose(mode)  # for the spot before

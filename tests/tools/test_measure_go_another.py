@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gazechair.going.mission import DRIVING, PLANNING
 from gazechair.going.plan import Way
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
@@ -189,17 +190,56 @@ def test_the_chair_alone_takes_longer_where_it_must_stop_or_start(profile: str) 
     assert curves < turns < stops < 1.5
 
 
-def test_a_path_to_the_first_goal_that_comes_after_the_message_is_not_the_new_one() -> None:
-    first, second = (9.0, 0.0, 0.0), (1.0, 5.0, 0.0)
-    mission = SimpleNamespace(goal=second, way=AHEAD, _way_to=first)
+FIRST, SECOND = (9.0, 0.0, 0.0), (1.0, 5.0, 0.0)
+
+
+def watched(state: str = DRIVING) -> Any:
+    """A judge 0.1 s after the message, of a mission that still follows the path before."""
+    mission = SimpleNamespace(goal=SECOND, way=AHEAD, _way_to=FIRST, state=state)
     judge: Any = Another.__new__(Another)
     twin = Chair("3.1")
-    twin.speed_m_s = 0.3
+    driven(twin, (NEUTRAL, NEUTRAL), 0.1)
+    driven(twin, (FULL, NEUTRAL), 3.0)
     world = SimpleNamespace(chair=twin, wipers=(FULL, NEUTRAL))
     judge.chair = SimpleNamespace(mission=mission, world=world, now_ms=9000)
     judge.pressed_ms, judge.how, judge._goes_on = 8900, "", None
-    judge.moves_after_s = judge.responds_after_s = judge.output_after_s = math.inf
-    judge._first, judge._new, judge._moved = first, None, (0.3, 0.0)
+    judge.moves_after_s = judge.responds_after_s = math.inf
+    judge.planned_after_s = judge.output_after_s = math.inf
+    judge._first, judge._new, judge._moved = FIRST, None, (twin.speed_m_s, 0.0)
+    return judge
+
+
+def goes_on(judge: Any, wipers: tuple[int, int], seconds: float) -> None:
+    """The board puts this out for so long."""
+    judge.chair.world.wipers = wipers
+    for _ in range(round(1000.0 * seconds)):
+        driven(judge.chair.world.chair, wipers, 0.001)
+        judge.chair.now_ms += 1
+        judge._watch()
+
+
+def test_to_brake_for_another_plan_is_a_response_and_no_new_motion() -> None:
+    judge = watched(PLANNING)
+    judge._watch()
+    goes_on(judge, (NEUTRAL, NEUTRAL), 0.6)
+    assert 0.2 < judge.responds_after_s < 0.7
+    assert (judge.planned_after_s, judge.moves_after_s) == (math.inf, math.inf)
+
+
+def test_the_newest_path_is_judged_with_the_limit_of_its_own_class() -> None:
+    judge = watched()
+    aside = Way(np.array([(0.0, 0.0), (1.0, 2.0)]), None)
+    judge.chair.mission.way, judge.chair.mission._way_to = aside, SECOND
+    judge._watch()
+    assert (judge.how, judge.moves_after_s) == (STOPS, math.inf)
+    judge.chair.mission.way = AHEAD
+    judge._watch()
+    assert (judge.how, judge.moves_after_s) == (GOES_ON, 0.1)
+
+
+def test_a_path_to_the_first_goal_that_comes_after_the_message_is_not_the_new_one() -> None:
+    judge = watched()
+    mission, second = judge.chair.mission, SECOND
     judge._watch()
     assert (judge.how, judge.moves_after_s) == ("", math.inf)
     mission._way_to = second

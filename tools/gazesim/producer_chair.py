@@ -44,7 +44,7 @@ LIDARS = tuple(
     for x_m, y_m, heading_deg in TWO
 )
 MAP = "home"
-_STEP_MS, _LOOK_MS, _OFFER_MS = 50, 250, 250
+_LOOK_MS, _OFFER_MS = 250, 250
 
 Targets = Callable[[], Mapping[str, Target]]
 
@@ -155,7 +155,8 @@ class ProducerChair(Lockstep, ABC):
         return Inline()
 
     def _override(self) -> str:
-        return str(self.page.shown.get("override", ""))
+        state = None if self.host is None else self.host.link.state()
+        return "" if state is None else str(state.override_name)
 
     def begin_child(self) -> None:
         """Start a new child."""
@@ -206,7 +207,7 @@ class ProducerChair(Lockstep, ABC):
             self._runner.received(data, now_s)
             if isinstance(data, HalfTurn):
                 self._half_turn(data)
-        if self.now_ms % _STEP_MS == 0:
+        if not self._runner.left_s(now_s):
             self._runner.tick(now_s)
             if self._pipe.newest is not None:
                 self.service._on_data(self._pipe.newest)

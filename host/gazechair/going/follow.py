@@ -71,6 +71,8 @@ class Follower:
         """Vertex at which the board refused the curve."""
         self._vain_s = 0.0
         """How long a curve has been requested without any output."""
+        self.undriven_s = math.inf
+        """Seconds since the board last put out any speed."""
         self._aimed_m: float | None = None
         """Distance along the leg at which the chair last aimed at a point ahead."""
         self._pace = Pace(numbers)
@@ -137,6 +139,7 @@ class Follower:
     def moved(self, stick: Stick, speed_m_s: float | None, rate_deg_s: float | None) -> None:
         """What the board put out in the last period, and how the chair moves now."""
         self._linear.put_out(stick.linear_permille, PERIOD_S, speed_m_s)
+        self.undriven_s = 0.0 if stick.linear_permille else self.undriven_s + PERIOD_S
         asked = self._last_stick
         curved = bool(asked.linear_permille and asked.turn_permille)
         self._steering.passed(PERIOD_S, curved and stick == STOP)

@@ -236,18 +236,19 @@ class Lattice:
         goals: Ints,
         prices: Ints,
         starts: Ints,
-        over: Callable[[], bool] = lambda: False,
+        go_on: Callable[[], None] = lambda: None,
     ) -> NDArray[np.int32]:
         """Cost from each pose to the cheapest of `goals`; ends soon after a start is settled.
 
-        It ends at once when `over` says so; unsettled costs are then too high.
+        `go_on` is called again and again; what it raises ends the search.
         """
         costs = np.full(HEADINGS * self._layer, UNREACHED, dtype=np.int32)
         np.minimum.at(costs, goals, prices.astype(np.int32))
         first = np.empty(len(costs), dtype=np.int64)
         waiting = goals
         spare = 40
-        while len(waiting) and not over():
+        while len(waiting):
+            go_on()
             # No move is cheaper than the least: none leads from these to one of them.
             found = costs[waiting]
             settled = (int(found.min()) // _LEAST_COST + 1) * _LEAST_COST

@@ -10,34 +10,30 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from gazechair.base.at_once import at_once
 from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.going.ahead import Ahead, look_ahead
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Follower, Stick
+from gazechair.going.insist import END_LEG, GIVE_UP, PLAN, Insist, Verdict
 from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.people import speed_within
 from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
 from gazechair.going.planning import Planned, Planning, Submit
-from gazechair.going.refusals import Refusals
 from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
 from gazechair.going.rolls_into import rolled_into, turns_at_stop, turns_rolling
 from gazechair.going.smooth import refused_s
 from gazechair.going.steering import NARROW_M
-from gazechair.going.stuck import Overruled, Stuck
 
 # States.
 IDLE, PLANNING, DRIVING, WAITING, BLOCKED = "idle", "planning", "driving", "waiting", "blocked"
 ARRIVED, LOST = "arrived", "lost"
-# Reasons, keys of the string tables; the planner's are others.
-PERSON, OBSTACLE, POSE_LOST = "going_person", "going_obstacle", "going_pose_lost"
-STANDS, LIMIT = "going_stands", "going_limit"
+# Reasons, keys of the string tables; the planner's and insist.py's are others.
+POSE_LOST, LIMIT = "going_pose_lost", "going_limit"
 
 _CHECK_S = 0.3
-_GO_ROUND_S, _AGAIN_S = 3.0, 2.0
+_AGAIN_S = 2.0
 _RETRY_S = 2.5
 _MAY_OPEN_S = 7.0  # no plan leads past an obstacle: approach it, and wait this long
 _STAND_OFF_M = 0.8
@@ -45,10 +41,7 @@ _DETOUR_S = 20.0
 _BETTER_S = 3.0
 _SAME_WAY_RAD = math.radians(6.0)
 _NEARER = 2
-_NEAR_PERSON_M = 2.6
 _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
-# Where the board gives no output. It may take furniture for a person until that stood for 10 s.
-_NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
 
 
 @dataclass
@@ -68,8 +61,6 @@ class Mission:
     cap_permille: int = 1000
     """The speed cap: the highest output of each axis."""
     _located: Located | None = None
-    _stuck: Stuck = field(default_factory=Stuck)
-    _overruled: Overruled = field(default_factory=Overruled)
     rolled: Rolled = field(default_factory=Rolled)
     """Tells whether it has moved, unlike the pose in the map."""
     _checked_s: float = -math.inf
@@ -85,8 +76,6 @@ class Mission:
     """Another goal on the way: the first path found is taken, and then a better one looked for."""
     _improves: bool = False
     """The plan is made for a better path than the present one to the same goal."""
-    _refused: Refusals = field(default_factory=Refusals)
-    _asked: Stick = STOP
     _ahead: Ahead = field(default_factory=Ahead)
     _free_m: float = math.inf
     _nearer: int = 0
@@ -96,6 +85,7 @@ class Mission:
         self._planning = Planning(lambda job: self.submit(job))
         self._follower = Follower(self.numbers)
         self._obstacles = ObstacleLayer(self.costmap, self.footprint)
+        self._insist = Insist(self.costmap, self._obstacles, self._follower, self.rolled)
 
     # -- what people ask ---------------------------------------------------------------------------
 
@@ -103,12 +93,16 @@ class Mission:
         """Set the goal, at any time; the chair follows its old path until the new one is ready."""
         self.goal = goal
         self._nearer = 0
-        self._stuck, self._overruled, self._refused = Stuck(), Overruled(), Refusals()
+        self._insist.begin()
         self._hit_since_s, self._shut_since_s, self._went_round_s = None, None, -math.inf
         self._planning.abandon()
         self._follower.press()
         self._hurries = self.state == DRIVING
         self._ask_plan(self._hurries)
+
+    def abandon(self) -> None:
+        """Nobody waits for its plan any more: another mission begins."""
+        self._planning.abandon()
 
     @property
     def turns_on_spot(self) -> bool:
@@ -157,9 +151,9 @@ class Mission:
         at = self._located
         speeds = (None, None) if at is None else (at.speed_m_s, at.rate_deg_s)
         self._follower.moved(put_out, *speeds)
-        self._overruled.count(self._asked, put_out)
-        self._asked = self._step(now_s, put_out)
-        return self._asked
+        self._insist.put_out(put_out)
+        self._insist.asked = self._step(now_s, put_out)
+        return self._insist.asked
 
     def _step(self, now_s: float, put_out: Stick) -> Stick:
         at = self._located
@@ -169,7 +163,8 @@ class Mission:
             self.state, self.reason = LOST, POSE_LOST
             return STOP
         if self.state == LOST:
-            self.state, self.reason, self._stuck = DRIVING, "", Stuck()
+            self.state, self.reason = DRIVING, ""
+            self._insist.moves()
             if self._way_to != self.goal or self._planning.busy:
                 self._ask_plan()
         if not self.numbers.drives_within(self.cap_permille):
@@ -198,7 +193,9 @@ class Mission:
             self._ask_plan()
             return STOP
         stick = STOP if self._follower.turns_on_spot and self._free_m < 0.05 else stick
-        return self._insist(at, stick, put_out, now_s)
+        waits = self._free_m < 0.3
+        verdict = self._insist.step(self.planner, at.pose, stick, put_out, waits, now_s)
+        return self._obey(verdict, at.pose, now_s)
 
     def _gap_m(self, pose: Pose) -> float:
         assert self.goal is not None
@@ -219,7 +216,7 @@ class Mission:
             self.costmap.refresh(now_s)
             self._obstacles.suspect()
             start = self._follower.rests(pose) if self.state == PLANNING else pose
-            goal, refused, hurry = self.goal, self._refused.all, self._hurries
+            goal, refused, hurry = self.goal, self._insist.refused.all, self._hurries
             self._planning.begin(lambda over: self.planner.plan(start, goal, refused, hurry, over))
         found = self._planning.take()
         if found is None:
@@ -296,21 +293,17 @@ class Mission:
         """
         if self.state != WAITING or self._way_to != self.goal or self._follower.turns_on_spot:
             return False
-        if not self._refused.may_pass or not self._may_be_person(pose):
+        if not self._insist.refused.may_pass or not self._insist.may_be_person(pose):
             return False
         a, b = found.points_m[:2]
         heading = math.atan2(b[1] - a[1], b[0] - a[0])
         turns_rad = math.remainder(heading - pose[2], 2.0 * math.pi)
         no_other = abs(turns_rad) < _SAME_WAY_RAD and not found.backward
-        return no_other and refused_s(self._refused.all, a, heading) > 0.0
-
-    def _may_be_person(self, pose: Pose) -> bool:
-        """Whether a possible person is ahead: waiting helps before nothing else."""
-        return self.costmap.ahead.meets(self.costmap.standing_m, np.array([pose]))
+        return no_other and refused_s(self._insist.refused.all, a, heading) > 0.0
 
     def _give_up(self, reason: str, now_s: float) -> None:
         self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
-        self._stuck, self._refused = Stuck(), Refusals()
+        self._insist.forget()
         self._shut_since_s = self._way_to = None
         self._follower.drop()
 
@@ -330,7 +323,7 @@ class Mission:
         elif self._hit_since_s is None:
             self._hit_since_s = now_s
         elif (
-            now_s - self._hit_since_s > (_GO_ROUND_S if self._in_the_way(pose) == PERSON else 0.8)
+            now_s - self._hit_since_s > self._insist.round_after_s(pose)
             and now_s - self._went_round_s > _AGAIN_S
         ):
             self._went_round_s = now_s
@@ -343,57 +336,20 @@ class Mission:
             self.state, self.reason = DRIVING, ""
             return
         self._free_m = min(self._free_m, shut_m - _STAND_OFF_M)
-        self.state, self.reason = WAITING, self._in_the_way(pose)
+        self.state, self.reason = WAITING, self._insist.in_the_way(pose)
 
-    def _in_the_way(self, pose: Pose) -> str:
-        """Reason to report: PERSON if somebody walks nearby, else OBSTACLE."""
-        return PERSON if self._obstacles.walker_within(*pose[:2], _NEAR_PERSON_M) else OBSTACLE
-
-    def _insist(self, at: Located, stick: Stick, put_out: Stick, now_s: float) -> Stick:
-        """The stick where the board gives no output, or the chair makes no progress."""
-        turns = self._follower.turns_on_spot
-        waits = self._free_m < 0.3
-        if self._stuck.elsewhere(self.rolled.pose):
-            if self.state == WAITING and self._shut_since_s is None:
-                self.state, self.reason = DRIVING, ""
-            self._stuck = Stuck(self.rolled.pose, turns)
-        self._stuck.count(self._asked != STOP or waits, put_out, now_s)
-        if stick == STOP and not waits:
-            if self._stuck.idles():
-                if self._stuck.looked:
-                    self._give_up(STANDS, now_s)
-                else:
-                    self._stuck.looked = True
-                    self._ask_plan(drives_on=True)
-                    self.state, self.reason = WAITING, STANDS
-            return stick
-        if turns != self._stuck.turns:
-            self._stuck = Stuck(self.rolled.pose, turns)
-        stuck = self._stuck
-        for_s = stuck.for_s(now_s)
-        ask = stick if self._overruled.asks(for_s, now_s) else STOP
-        if not for_s:
-            return ask
-        early_rad = None if turns or waits else self._follower.early_turn_rad(at.pose)
-        if early_rad is not None and self.planner.turns_freely(at.pose, early_rad):
-            self.way = self._follower.end_leg_early(at.pose)
-            return STOP
-        if for_s > 1.0:
-            self.state = WAITING
-            self.reason = STANDS if stuck.let_out else self._in_the_way(at.pose)
-        if for_s > (_NO_TURN_S if turns else _OTHER_WAY_S) and not stuck.looked:
-            stuck.looked = True
-            self._refuse(at.pose, turns, shut=turns)
-        elif for_s > (_PATIENCE_S if not turns and self._may_be_person(at.pose) else _GO_ROUND_S):
-            if self._refused.shut_before(at.pose, turns):
-                self._give_up(STANDS if stuck.let_out else NO_WAY, now_s)
-                return STOP
-            self._refuse(at.pose, turns, shut=True)
-            self._stuck = Stuck(self.rolled.pose, turns, looked=True)
-        return ask
-
-    def _refuse(self, pose: Pose, turns: bool, shut: bool) -> None:
-        """Record that the board refuses this pose, and plan again."""
-        person = not turns and not shut and self._may_be_person(pose)
-        self._refused.add(pose, turns, shut, person)
-        self._ask_plan(drives_on=True)
+    def _obey(self, verdict: Verdict, pose: Pose, now_s: float) -> Stick:
+        """Do what comes of requests in vain."""
+        if verdict.act == GIVE_UP:
+            assert verdict.reason is not None
+            self._give_up(verdict.reason, now_s)
+            return verdict.stick
+        if verdict.reason:
+            self.state, self.reason = WAITING, verdict.reason
+        elif verdict.reason is not None and self.state == WAITING and self._shut_since_s is None:
+            self.state, self.reason = DRIVING, ""
+        if verdict.act == END_LEG:
+            self.way = self._follower.end_leg_early(pose)
+        elif verdict.act == PLAN:
+            self._ask_plan(drives_on=True)
+        return verdict.stick

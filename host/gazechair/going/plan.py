@@ -35,7 +35,7 @@ from gazechair.going.smooth import (
     turn_poses,
     turn_refused,
 )
-from gazechair.going.way import NO_LEG_M, NoWay, Way
+from gazechair.going.way import NO_LEG_M, Abandoned, NoWay, Way
 
 __all__ = ["GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoWay", "Planner", "Pose", "Refused", "Way"]
 
@@ -87,7 +87,7 @@ class Planner:
         """The path; takes 0.1 to 0.3 s, longer where it is narrow, unless in a `hurry`.
 
         A goal without a heading allows any. `hurry`: the first path found, though not the easiest
-        and hardly smoothed. `over`: nobody waits for it any more; it ends soon with any result.
+        and hardly smoothed. `over`: nobody waits for it any more; it soon raises Abandoned.
         """
         self._refused, self._hurries, self._over = refused, hurry, over
         here = self._here(start, goal)
@@ -97,8 +97,7 @@ class Planner:
         turns = [(one.x_m, one.y_m) for one in refused if one.turns]
         best: Way | NoWay = NoWay(NO_WAY)
         for least_m, turn_m, leg in _TRIES:
-            if over():
-                break
+            self._go_on()
             self._lattice.use(least_m, turn_m, turns)
             found = self._plan(start, goal, leg)
             if isinstance(found, NoWay):
@@ -110,6 +109,13 @@ class Planner:
                 break
         easy = isinstance(best, Way) and best.is_easy
         return best if here is None or easy else here
+
+    def _go_on(self) -> None:
+        if self._over():
+            raise Abandoned
+
+    def _smoother(self, rads: Headings, backward: bool) -> Smoother:
+        return Smoother(self._costmap, *rads, backward, self._refused, self._go_on)
 
     def _here(self, start: Pose, goal: Pose | tuple[float, float]) -> Way | None:
         """The last turn alone, for a chair that stands at its goal; None: that is not enough."""
@@ -146,9 +152,9 @@ class Planner:
         if leg or no_turn:
             starts = [one for one in starts if one[1] > 0.0 or (no_turn and one[1])] or starts
         every = np.concatenate([one[0] for one in starts])
-        costs = self._lattice.costs_to(goals[0], goals[1], every, self._over)
+        costs = self._lattice.costs_to(goals[0], goals[1], every, self._go_on)
         best = None
-        first = Smoother(self._costmap, start[2], heading, False, self._refused)
+        first = self._smoother((start[2], heading), False)
         for poses, leg_m, leg_s in starts:
             for pose in poses[costs[poses] < UNREACHED]:
                 off = math.remainder(self._lattice.heading_rad(pose) - start[2], 2.0 * math.pi)
@@ -237,9 +243,9 @@ class Planner:
     ) -> Way:
         """`leg_m`: length of the straight first leg, negative backward; 0: there is none."""
         fixed = 1 + (leg_m != 0.0)
-        smooth = Smoother(self._costmap, *rads, leg_m < 0.0, self._refused)
+        smooth = self._smoother(rads, leg_m < 0.0)
         found, clear, cost_s = smooth(
-            _merged(points, fixed, fixed_end), fixed, fixed_end, not self._hurries, self._over
+            _merged(points, fixed, fixed_end), fixed, fixed_end, not self._hurries
         )
         return Way(found, rads[1], leg_m < 0.0, clear, cost_s, smooth.bends(found))
 

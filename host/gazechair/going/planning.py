@@ -27,8 +27,10 @@ class Planning:
         return self._pending is not None
 
     def begin(self, job: Callable[[Callable[[], bool]], Planned]) -> None:
-        """Compute a plan. `job` is told by its argument whether nobody waits for it any more."""
-        self.abandon()
+        """Compute a plan, while none is awaited.
+
+        `job` is told by its argument whether nobody waits for it any more.
+        """
         over = self._over = Event()
         self._pending = self._submit(lambda: job(over.is_set))
 

@@ -47,8 +47,8 @@ def rolled_into(costmap: Costmap, way: Way, rolling: Rolling) -> Way | None:
     if way.backward:
         return None
     for vertex in range(1, min(len(way.points_m), 1 + _VERTICES)):
-        for share in _SHARPER:
-            found = _into(costmap, way, vertex, rolling, share)
+        for radius_m in _radii_m(rolling):
+            found = _into(costmap, way, vertex, rolling, radius_m)
             if found is not None:
                 return found
     return None
@@ -87,10 +87,16 @@ def _turns_m(costmap: Costmap, way: Way, rolling: Rolling, along_m: FloatArray) 
     return float(costmap.clearance_m(at[:, :1], at[:, 1:], turned[None, :]).min())
 
 
-def _into(costmap: Costmap, way: Way, vertex: int, rolling: Rolling, share: float) -> Way | None:
+def _radii_m(rolling: Rolling) -> list[float]:
+    """Radii to try, the widest first: the least at the chair's speed, and sharper ones."""
+    least_m = rolling.speed_m_s / rolling.rate_rad_s
+    return sorted({max(_LEAST_RADIUS_M, share * least_m) for share in _SHARPER}, reverse=True)
+
+
+def _into(costmap: Costmap, way: Way, vertex: int, rolling: Rolling, radius_m: float) -> Way | None:
     """The path from its `vertex` on, and a bend to it."""
     end = _point(way, vertex)
-    bend = _bend(rolling, end, share)
+    bend = _bend(rolling, end, radius_m)
     if bend is None:
         return None
     x, y, heading = rolling.begin
@@ -113,15 +119,11 @@ def _into(costmap: Costmap, way: Way, vertex: int, rolling: Rolling, share: floa
     return replace(way, points_m=points, bends=bends, began_rad=began_rad)
 
 
-def _bend(rolling: Rolling, end: Point, share: float) -> Bend | None:
-    """The arc from where the chair turns, and straight on to `end`; None: too little or too much.
-
-    Its radius is the least at the chair's speed, times `share`.
-    """
+def _bend(rolling: Rolling, end: Point, radius_m: float) -> Bend | None:
+    """From where the chair turns, and straight on to `end`; None: too little or too much turn."""
     x, y, heading = rolling.begin
     c, s = math.cos(heading), math.sin(heading)
     ahead, left = c * (end[0] - x) + s * (end[1] - y), c * (end[1] - y) - s * (end[0] - x)
-    radius_m = max(_LEAST_RADIUS_M, share * rolling.speed_m_s / rolling.rate_rad_s)
     gap_m = math.hypot(ahead, abs(left) - radius_m)
     if rolling.turns_deg_s * left < 0.0 or gap_m <= radius_m:
         return None

@@ -77,34 +77,29 @@ class Smoother:
         goal_rad: float | None,
         backward: bool,
         refused: Sequence[Refused],
+        go_on: Callable[[], None] = lambda: None,
     ) -> None:
+        """`go_on` is called again and again; what it raises ends the smoothing."""
         self._costmap = costmap
-        self._refused = refused
+        self._refused, self._go_on = refused, go_on
         self._start_rad, self._goal_rad, self._backward = start_rad, goal_rad, backward
         self._legs: dict[tuple[Point, Point], tuple[float, float, float]] = {}
         self._turns: dict[tuple[Point, float, float], float] = {}
         self._bends: dict[tuple[Point, Point, Point, float], Bend | None] = {}
 
     def __call__(
-        self,
-        points: list[FloatArray],
-        fixed: int,
-        fixed_end: int,
-        moves: bool = True,
-        over: Callable[[], bool] = lambda: False,
+        self, points: list[FloatArray], fixed: int, fixed_end: int, moves: bool = True
     ) -> tuple[FloatArray, float, float]:
         """Vertices (N, 2), least clearance, seconds; `fixed`, `fixed_end` vertices stay.
 
         Without `moves` vertices are only removed: a fifth of the time, for a path that costs more.
-        When `over` says so, the path is left as it is.
         """
         found = [_point(one) for one in points]
         cost = self._cost(found)
         while True:
             kept = found
             for k in range(fixed, len(kept) - fixed_end):
-                if over():
-                    break
+                self._go_on()
                 option = kept[:k] + kept[k + 1 :]
                 price = self._cost(option, cost)
                 if price < cost:
@@ -115,8 +110,7 @@ class Smoother:
             for _ in range(4):
                 before = cost
                 for k in range(fixed, len(found) - fixed_end):
-                    if over():
-                        break
+                    self._go_on()
                     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1)):
                         x, y = found[k]
                         moved = list(found)

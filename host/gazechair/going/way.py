@@ -76,6 +76,10 @@ class Way:
         return float(np.hypot(*np.diff(self.points_m, axis=0).T).sum())
 
 
+class Abandoned(Exception):
+    """Raised within the planner once nobody waits for its path any more."""
+
+
 @dataclass(frozen=True)
 class NoWay:
     """There is no path; `reason` is a key of the string tables."""

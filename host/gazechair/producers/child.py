@@ -1,4 +1,4 @@
-"""A producer's child process: reads its inbox and the daemon's messages, steps every 50 ms."""
+"""A producer's child process: reads its inbox and the daemon's messages, steps when it is due."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gazechair.base.child_records import RecordWriter
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.base.newest_line import NewestLine
 from gazechair.picture.newest import PictureReader
-from gazechair.producers.contract import STEP_S, Setup
+from gazechair.producers.contract import Setup
 from gazechair.producers.kinds import build
 from gazechair.producers.runner import Runner
 from gazechair.sensing.inbox import inbox
@@ -39,16 +39,13 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
         (lambda: None) if pictures is None else PictureReader(pictures).take,
     )
     lines = NewestLine()
-    tick_s = time.monotonic()
     while True:
-        left_s = max(0.0, tick_s - time.monotonic())
-        if select.select([0], [], [], left_s)[0]:
+        if select.select([0], [], [], runner.left_s(time.monotonic()))[0]:
             line = lines.read()
             if line is not None:
                 runner.on_message(json.loads(line))
         now_s = time.monotonic()
-        if now_s >= tick_s:
-            tick_s = max(tick_s + STEP_S, now_s)
+        if not runner.left_s(now_s):
             # Not one by one as they come: several hundred a second, in each producer's process.
             for datagram in inbox.waiting(reader):
                 runner.received(unpack(datagram) or inbox.unpack(datagram), now_s)

@@ -65,16 +65,26 @@ class PlaceProducer(Producer):
         if self._kept == before and self._drives(press.at_s):
             return  # from here: what it knows of its surroundings and speeds holds
         self._watch.begin()
+        before_it = self._made_mission
+        if before_it is not None:
+            before_it.abandon()  # its plan would be computed before the next one
         self._mission.cancel()
         # Not within the step, which may take 20 s at most: a large map takes longer.
         self._mission = self.setup.thinker.submit(self._made, self._map, press)
 
     def _drives(self, now_s: float) -> bool:
         """Whether a mission drives the chair now."""
-        if now_s - self._stepped_s > _STEPPED_S or not self._mission.done():
+        mission = self._made_mission
+        if now_s - self._stepped_s > _STEPPED_S or mission is None:
             return False
-        mission = None if self._mission.cancelled() else self._mission.result()
-        return mission is not None and mission.state == DRIVING
+        return mission.state == DRIVING
+
+    @property
+    def _made_mission(self) -> Mission | None:
+        """The newest mission; None: there is none, or it is not made yet."""
+        if not self._mission.done() or self._mission.cancelled():
+            return None
+        return self._mission.result()
 
     def _made(self, name: str, press: Press) -> Mission | None:
         """The mission in that map; None: there is no such map."""

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from gazechair.base.latest_value import Clock
 from gazechair.picture.newest import Shot
-from gazechair.producers.contract import Ask, Output, Press, Producer, Sensed, SpotProducer
+from gazechair.producers.contract import STEP_S, Ask, Output, Press, Producer, Sensed, SpotProducer
 from gazechair.producers.exchange import MESSAGE_OLD_S, pack
 from gazechair.sensing.inbox.inbox import HalfTurn
 from gazechair.sensing.inbox.motion import Motion
@@ -26,6 +26,7 @@ PULSE_S = 0.25
 _WAITS_S = 0.03  # for a step, in a tick
 _LATE_S = 0.1  # after a value, before it reports that it thinks
 _BORN_S = 0.05  # a value is born at the end of its step, at most this long after its beginning
+_DUE_S = 1e-6  # rounding
 _HANGS_S = 20.0  # a longer step counts as hanging
 _OLD_S = 0.5  # older data in the inbox is useless
 _KEPT_S = 4.0  # before a press: longer than following a person looks back
@@ -40,7 +41,7 @@ class Out(Protocol):
 
 
 class Runner:
-    """Feed it with `on_message` and `received`; call `tick` every STEP_S.
+    """Feed it with `on_message` and `received`; call `tick` when it is due, see `left_s`.
 
     A hang or an exception ends it.
     """
@@ -76,6 +77,12 @@ class Runner:
         self._where: Whereabouts | None = None
         self._cap_permille = 1000
         self._message_s = self._sent_s = float("-inf")
+        self._due_s = clock()
+
+    def left_s(self, now_s: float) -> float:
+        """Seconds until `tick` is due: every STEP_S, and at once after a press."""
+        left_s = self._due_s - now_s
+        return left_s if left_s > _DUE_S else 0.0
 
     def on_message(self, message: Mapping[str, Any]) -> None:
         """Process a message from the daemon; see exchange."""
@@ -85,11 +92,13 @@ class Runner:
         number = int(message["press"])
         if number == 0:
             self._press = None
-        elif self._press is None or self._press.number != number:
-            more = message["target"], message["settings"], message["may_reverse"]
-            self._press = Press(number, *more, self._message_s)
-        if number:
-            self._cap_permille = int(message["cap_permille"])
+            return
+        self._cap_permille = int(message["cap_permille"])
+        if self._press is not None and self._press.number == number:
+            return
+        more = message["target"], message["settings"], message["may_reverse"]
+        self._press = Press(number, *more, self._message_s)
+        self._due_s = min(self._due_s, self._clock())
 
     def received(
         self, data: HalfTurn | Motion | Estimate | Whereabouts | None, now_s: float
@@ -111,6 +120,7 @@ class Runner:
 
     def tick(self, now_s: float) -> None:
         """Send what is due now. Raises what the kind raises, RuntimeError when it hangs."""
+        self._due_s = max(self._due_s + STEP_S, now_s)
         press = self._press if now_s - self._message_s <= MESSAGE_OLD_S else None
         if self._step is None and press is not None and press.number != self._over:
             self._begin(press, now_s)

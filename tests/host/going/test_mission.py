@@ -26,6 +26,7 @@ from gazechair.going.pace import ACCELERATE_M_S2, PERIOD_S
 from gazechair.going.people import People
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
 from gazechair.going.planning import Planned
+from gazechair.going.way import Abandoned
 from goingrig import TWO_ROOMS, Box, GoingChair, Person, drive_among, floor
 
 pytestmark = pytest.mark.costly
@@ -127,12 +128,15 @@ def test_it_drives_on_until_the_new_way_is_known(chair: GoingChair) -> None:
     old = chair.mission.way
     assert all(chair.step() != STOP for _ in range(6))
     chair.mission.go((6.5, 1.5, 0.0))  # before the plan is ready: the later goal counts
+    with pytest.raises(Abandoned):
+        jobs[0][0]()
     for n in range(2):
-        job, found = jobs[n]
-        found.set_result(job())
         chair.step()
         chair.step()
         assert len(jobs) == 2 + n
+        if not n:
+            job, found = jobs[1]
+            found.set_result(job())
     assert chair.mission.way is not old
     job, found = jobs[2]  # a better path
     found.set_result(job())
@@ -395,5 +399,5 @@ def test_where_it_comes_back_to_and_is_refused_again_is_as_good_as_shut(chair: G
     mission, (x_m, y_m, heading) = chair.mission, chair.pose
     here, aside = (x_m, y_m, heading), (x_m, y_m, heading - 0.8)
     for pose in (here, aside, here, aside):
-        mission._refuse(pose, False, shut=False)
-    assert [one.price_s for one in mission._refused.all] == [12.0, 12.0, 60.0, 60.0]
+        mission._insist.refuse(pose, False, shut=False)
+    assert [one.price_s for one in mission._insist.refused.all] == [12.0, 12.0, 60.0, 60.0]

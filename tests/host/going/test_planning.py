@@ -13,7 +13,7 @@ from gazechair.going.lattice import Lattice
 from gazechair.going.mission import ARRIVED, PLANNING
 from gazechair.going.plan import NO_WAY, Planner
 from gazechair.going.planning import Planned, Planning
-from gazechair.going.way import NoWay, Way
+from gazechair.going.way import Abandoned, NoWay, Way
 from goingrig import TWO_ROOMS, GoingChair, floor
 
 WAY = Way(np.array([(0.0, 0.0), (1.0, 0.0)]), None)
@@ -31,8 +31,12 @@ class Later:
         return self.jobs[-1][1]
 
     def run(self, number: int) -> None:
+        """As an executor does."""
         job, found = self.jobs[number]
-        found.set_result(job())
+        try:
+            found.set_result(job())
+        except Abandoned as error:
+            found.set_exception(error)
 
 
 def test_a_plan_is_taken_once_it_is_ready() -> None:
@@ -61,10 +65,9 @@ def test_one_that_nobody_waits_for_learns_so_and_is_never_taken(newer: bool) -> 
     planning.begin(job)
     later.run(0)
     assert not known[0]()
+    planning.abandon()
     if newer:
         planning.begin(lambda over: NoWay("over") if over() else WAY)
-    else:
-        planning.abandon()
     assert known[0]()
     assert planning.take() is None
     assert planning.busy is newer
@@ -99,9 +102,11 @@ def test_a_plan_that_nobody_waits_for_ends_soon(
         return left[0] < 0
 
     monkeypatch.setattr(Lattice, "_before", counted)
-    planner.plan(START, GOAL, (), False, over)
-    assert left[0] > -60  # it asks a few times more, and computes nothing in between
+    with pytest.raises(Abandoned):
+        planner.plan(START, GOAL, (), False, over)
+    assert left[0] == -1
     assert moves[0] == 0
+    assert isinstance(planner.plan(START, GOAL), Way)
 
 
 def test_another_goal_does_not_wait_for_a_plan_to_the_one_before() -> None:

@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gazechair.going import rolls_into
 from gazechair.going.bends import RATE_RAD_S, Bend, Point
+from gazechair.going.costmap import Costmap
 from gazechair.going.mission import ARRIVED, DRIVING
 from gazechair.going.plan import Pose, Way
 from gazechair.going.rolls_into import Rolling, rolled_into, turns_at_stop, turns_rolling
@@ -117,6 +119,22 @@ def test_glass_that_is_drawn_leaves_no_room() -> None:
 )
 def test_what_a_bend_cannot_lead_into_is_turned_to(way: Way, rolling: Rolling) -> None:
     assert rolled_into(floor((), HALL), way, rolling) is None
+
+
+@pytest.mark.parametrize(("speed_m_s", "tries"), [(0.35, 3), (0.12, 2), (0.09, 1)])
+def test_no_radius_is_tried_twice(
+    speed_m_s: float, tries: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    radii: list[float] = []
+
+    def no_room(_costmap: Costmap, bend: Bend) -> bool:
+        radii.append(round(bend.radius_m, 3))
+        return False
+
+    monkeypatch.setattr(rolls_into, "has_room", no_room)
+    assert rolled_into(floor((), HALL), ASIDE, replace(ROLLS, speed_m_s=speed_m_s)) is None
+    assert radii == sorted(set(radii), reverse=True)
+    assert len(radii) == tries
 
 
 def test_past_a_leg_that_is_too_short_it_leads_to_the_next() -> None:

@@ -16,6 +16,7 @@ import pytest
 from gazechair.base.footprint import Footprint
 from gazechair.going.mission import DRIVING, WAITING
 from gazechair.going.plan import Planner
+from gazechair.going.way import Abandoned
 from gazechair.producers import place
 from gazechair.producers.contract import Press, Sensed, Setup
 from gazechair.producers.pose_watch import AGAIN_S, ENDS_S, STANDS_S
@@ -116,6 +117,23 @@ def test_no_step_waits_for_the_map(
     assert producer.step(Sensed(), 40.0).state == "thinks"  # the wait for a pose begins
     sent = producer.step(Sensed(), 40.1 + STANDS_S)
     assert (sent.stick, sent.reason) == (None, place.POSE_LOST)
+
+
+def test_another_goal_does_not_wait_for_the_plan_of_a_chair_at_rest(
+    producer: place.PlaceProducer, thinker: Later, made: list[Planner]
+) -> None:
+    producer.press(press(1))
+    producer.step(here(10.0), 10.0)
+    thinker.compute()
+    producer.step(here(10.1), 10.1)
+    _, plan = thinker.todo[0]
+    producer.press(press(2, x=1.0))
+    with pytest.raises(Abandoned):
+        plan()
+    thinker.todo.pop(0)
+    thinker.compute()
+    drive(producer, thinker, 10.2)
+    assert producer.step(here(10.5), 10.5).state == "drives"
 
 
 def test_where_no_lidar_sees_behind_it_says_so(

@@ -147,6 +147,30 @@ def test_a_press_during_another_ones_step_is_answered_at_once(rig: _Rig) -> None
     assert [state for _, _, _, state in rig.sent] == ["thinks"]
 
 
+def test_a_press_does_not_wait_for_the_next_period(rig: _Rig) -> None:
+    rig.run(0.2)
+    words = {"target": {}, "settings": {}, "may_reverse": True, "cap_permille": 1000}
+
+    def after_s(number: int) -> float:
+        message = {"at_s": rig.now_s, "press": number, **words}
+        before_s = rig.now_s
+        rig.runner.on_message(message)
+        rig.now_s += rig.runner.left_s(rig.now_s)
+        rig.runner.tick(rig.now_s)
+        return rig.now_s - before_s
+
+    rig.takes_s = 0.0
+    after_s(rig.press)
+    rig.now_s += 0.02
+    assert after_s(2) == 0.0
+    assert rig.sent[-1][2] == (400, 0)
+    assert after_s(2) == pytest.approx(STEP_S)  # then every 50 ms
+    rig.now_s += 0.02
+    assert after_s(0) > 0.01
+    rig.now_s += 0.02
+    assert after_s(3) == 0.0
+
+
 def test_a_value_is_at_most_as_old_as_a_step_may_take(rig: _Rig) -> None:
     """Whatever the step takes, its data is no older than 50 ms at the birth of its value."""
     for takes_s in (0.0, 0.02, 0.05, 0.09, 0.3, 0.02):

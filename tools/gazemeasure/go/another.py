@@ -7,7 +7,8 @@ Two moments are judged by the truth. The chair *responds* when it turns to the s
 or moves along it, or, where it must stop for that, brakes. Braking counts once the
 chair is 0.05 m/s slower than a copy of it that goes on with the last output for the old path: what
 it would have done anyway is no response. Half a second is the limit for all. It *moves* when it
-turns to that side or moves along the path; braking is not motion towards a goal.
+turns to that side or moves along the path; braking is not motion towards a goal. A quicker path may
+replace the first one before that: the newest counts, for its class and limit as well.
 
 A class is what this chair could do, moving as it does at that message, whatever the mission makes
 of it: one that rolls could steer into a path that begins ahead within 30 degrees of its heading (a
@@ -29,6 +30,7 @@ import numpy as np
 
 from gazechair.going.bends import RATE_RAD_S
 from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.going.mission import PLANNING
 from gazechair.going.pace import ACCELERATE_M_S2, JERK_M_S3
 from gazechair.going.plan import Pose, Way
 from gazelink.settings_table import PROFILES, TABLE
@@ -171,25 +173,28 @@ class Another(Judge):
         if not self.pressed_ms or self.moves_after_s < math.inf or self.since_s > _LATEST_S:
             return
         mission, twin = self.chair.mission, self.chair.world.chair
-        if mission is None or mission.way is None or mission._way_to in (None, self._first):
-            return  # a path to the first goal may come only now
+        if mission is None or mission.way is None:
+            return
         way = mission.way
-        if self._goes_on is None:
-            self.planned_after_s = self.since_s
-            self._goes_on = GoesOn(self.chair.world)
-        else:
+        known = mission._way_to not in (None, self._first)  # one to the first may come only now
+        if self._goes_on is not None:
             self._goes_on.one_ms()
+        elif known or mission.state == PLANNING:  # to plan anew from where it stops, it brakes
+            self._goes_on = GoesOn(self.chair.world)
+        if self._goes_on is not None and self._goes_on.faster_m_s(twin) > _BRAKED_M_S:
+            self.responds_after_s = min(self.responds_after_s, self.since_s)
+        if not known or self._goes_on is None:
+            return
+        self.planned_after_s = min(self.planned_after_s, self.since_s)
         if way is not self._new:
             self._new, self._off_rad = way, off_rad(way, math.radians(twin.heading_deg))
-            self.how = self.how or class_of(way, self._off_rad, *self._moved)
+            self.how = class_of(way, self._off_rad, *self._moved)
         if self.output_after_s == math.inf and self._goes_on.wipers != self.chair.world.wipers:
             self.output_after_s = self.since_s
         steered = steered_deg_s(*self._moved)
         if obeys(way, self._off_rad, twin.speed_m_s, twin.yaw_rate_deg_s, steered):
             self.moves_after_s = self.since_s
-        braked = self._goes_on.faster_m_s(twin) > _BRAKED_M_S
-        if self.responds_after_s == math.inf and (braked or self.moves_after_s < math.inf):
-            self.responds_after_s = self.since_s
+            self.responds_after_s = min(self.responds_after_s, self.since_s)
 
 
 class GoesOn:
