@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazechair.following.follower import Followed, PersonFollower
 from gazechair.following.legs import Scan
 from gazesim import rays
-from gazesim.rooms import Array
 
 SCAN_S = 0.1
 LIDAR_M = 0.5
@@ -71,7 +71,7 @@ class Scene:
         return followed
 
 
-def _hall(x: Array, y: Array, angles: Array) -> Array:
+def _hall(x: FloatArray, y: FloatArray, angles: FloatArray) -> FloatArray:
     """Distance to the hall's wall."""
     along = x * np.cos(angles) + y * np.sin(angles)
     return np.asarray(-along + np.sqrt(along**2 - x**2 - y**2 + HALL_M**2))

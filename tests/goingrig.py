@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray, Footprint, Margins
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import Footprint, Margins
 from gazechair.base.poses import to_frame
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap

@@ -7,12 +7,10 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import FloatArray
 from gazesim.lidar_noise import NOISE_M
 from gazesim.rooms import Person, Room, box
-
-Array = NDArray[np.float64]
 
 BEAMS = 360
 _FARTHEST_M = 18.0
@@ -55,7 +53,9 @@ ROUTE = (
 )
 
 
-def poses(route: Sequence[tuple[float, float]] = ROUTE, step_m: float = 0.3) -> Iterator[Array]:
+def poses(
+    route: Sequence[tuple[float, float]] = ROUTE, step_m: float = 0.3
+) -> Iterator[FloatArray]:
     """(3,) poses along a route, headings in radians: the chair turns on the spot at corners."""
     heading = 0.0
     for (ax, ay), (bx, by) in pairwise(route):
@@ -70,8 +70,8 @@ def poses(route: Sequence[tuple[float, float]] = ROUTE, step_m: float = 0.3) -> 
 
 
 def scan(
-    room: Room, pose: Array, chance: np.random.Generator, half_deg: float = 180.0
-) -> tuple[Array, Array]:
+    room: Room, pose: FloatArray, chance: np.random.Generator, half_deg: float = 180.0
+) -> tuple[FloatArray, FloatArray]:
     """Bearings in radians and distances in m of a lidar on the drive axle; 0: no return."""
     bearings = np.radians(np.linspace(-half_deg, half_deg, BEAMS, endpoint=False))
     metres = room.cast(float(pose[0]), float(pose[1]), bearings + pose[2], 0.25)
@@ -82,7 +82,7 @@ def scan(
     return bearings, found
 
 
-def points(bearings: Array, metres: Array) -> Array:
+def points(bearings: FloatArray, metres: FloatArray) -> FloatArray:
     """(N, 2) in the chair's frame."""
     seen = metres > 0.0
     turned = bearings[seen]

@@ -14,11 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between
-
-Array = NDArray[np.float64]
 
 FR079 = "freiburg-079-corrected.log.gz"
 INTEL = "intel-corrected.log.gz"
@@ -38,11 +36,11 @@ class Frame:
     """One scan of the log."""
 
     time_s: float
-    points_m: Array
+    points_m: FloatArray
     """(N, 2), in the robot's frame."""
-    ranges_m: Array
+    ranges_m: FloatArray
     """All beams from right to left, over 180 degrees; 0: no return."""
-    reference: Array
+    reference: FloatArray
     """(3,): the corrected pose."""
 
 
@@ -72,14 +70,14 @@ def is_here(name: str) -> bool:
         return False
 
 
-def directions_rad(count: int) -> Array:
+def directions_rad(count: int) -> FloatArray:
     """Directions of a scan's beams, from right to left; 181 and 361 include both ends."""
     return np.asarray(
         math.pi / (count - count % 2) * np.arange(count) - 0.5 * math.pi, dtype=np.float64
     )
 
 
-def sensor_headings(frames: list[Frame], seed: int = 0) -> Array:
+def sensor_headings(frames: list[Frame], seed: int = 0) -> FloatArray:
     """Unwrapped headings in radians, as the board's sensor would give them."""
     times = np.array([frame.time_s for frame in frames])
     true = np.unwrap([frame.reference[2] for frame in frames])
@@ -88,7 +86,7 @@ def sensor_headings(frames: list[Frame], seed: int = 0) -> Array:
     return np.asarray((true - true[0]) * (1.0 + _SCALE) + drift + math.radians(_NOISE_DEG) * noise)
 
 
-def position_rmse_m(track: Array, reference: Array) -> float:
+def position_rmse_m(track: FloatArray, reference: FloatArray) -> float:
     """RMS error of positions (N, 2), after the best rigid alignment of the whole track."""
     mean, mean_reference = track.mean(axis=0), reference.mean(axis=0)
     u, _, v = np.linalg.svd((track - mean).T @ (reference - mean_reference))
@@ -97,7 +95,7 @@ def position_rmse_m(track: Array, reference: Array) -> float:
     return float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
-def intel_relations_m(times_s: Array, poses: Array) -> Array:
+def intel_relations_m(times_s: FloatArray, poses: FloatArray) -> FloatArray:
     """Translational errors of the Intel log's reference relations (Kuemmerle et al., 2009).
 
     Poses between those given are interpolated. Raises NoDataError.

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 import gazesetup
-from gazemeasure.carmen_log import Array, Frame
+from gazechair.base.arrays import FloatArray
+from gazemeasure.carmen_log import Frame
 
 _LIMIT_S = 600.0
 _NO_RETURN_M = 81.9
@@ -57,7 +58,9 @@ corresponding_points_decimation=1
 """
 
 
-def track(frames: list[Frame], headings: Array, ahead_m: Callable[[float], float]) -> Array:
+def track(
+    frames: list[Frame], headings: FloatArray, ahead_m: Callable[[float], float]
+) -> FloatArray:
     """(N, 3): a pose for each frame, in its own coordinate frame.
 
     Its odometry input is `headings` (rad) and `ahead_m(turn_rad)`, the distance from one frame to
@@ -78,7 +81,9 @@ def track(frames: list[Frame], headings: Array, ahead_m: Callable[[float], float
     return np.asarray(found, dtype=np.float64)
 
 
-def _lines(frames: list[Frame], headings: Array, ahead_m: Callable[[float], float]) -> list[str]:
+def _lines(
+    frames: list[Frame], headings: FloatArray, ahead_m: Callable[[float], float]
+) -> list[str]:
     x = y = 0.0
     lines = ["# CARMEN Logfile"]
     for number, frame in enumerate(frames):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.sensing.lidar.nodes import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazelink import codes
 
 HYSTERESIS_M = 0.05

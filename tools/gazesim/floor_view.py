@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-Array = NDArray[np.float64]
+from gazechair.base.arrays import BoolArray, FloatArray
+
 Picture = NDArray[np.uint8]
 
 _CELL_M = 0.01
@@ -41,7 +42,7 @@ class Eye:
     leftward_m: float = 0.0
     radial: float = 0.0
 
-    def rays(self) -> Array:
+    def rays(self) -> FloatArray:
         """(height, width, 3): the direction of each pixel, chair's frame."""
         focal = 0.5 * self.width_px / math.tan(math.radians(self.field_deg / 2.0))
         u = (np.arange(self.width_px) + 0.5 - 0.5 * self.width_px) / focal
@@ -68,7 +69,7 @@ class Eye:
         return 0.5 * self.width_px + focal * a * share, 0.5 * self.height_px + focal * b * share
 
 
-def _about(axis: int, degrees: float) -> Array:
+def _about(axis: int, degrees: float) -> FloatArray:
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     if axis == 0:  # clockwise, seen from behind: left goes up
         return np.array(((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)))
@@ -84,7 +85,7 @@ class Floor:
     colour: tuple[float, float, float] = (0.45, 0.33, 0.22)
     tape: tuple[float, float, float] = (0.06, 0.18, 0.55)
     tape_m: float = 0.05
-    lines: list[Array] = field(default_factory=list)
+    lines: list[FloatArray] = field(default_factory=list)
     """Polylines (N, 2) of tape."""
     gaps: list[tuple[float, float, float]] = field(default_factory=list)
     """x, y, radius: no tape there."""
@@ -175,7 +176,7 @@ class FloorView:
             ].astype(np.float32)
         self._painted = painted * np.array(floor.light, dtype=np.float32)
 
-    def _tape(self, xs: Array, ys: Array) -> NDArray[np.bool_]:
+    def _tape(self, xs: FloatArray, ys: FloatArray) -> BoolArray:
         floor = self.floor
         found = np.zeros((len(xs), len(ys)), dtype=np.bool_)
         reach = floor.tape_m
@@ -192,7 +193,9 @@ class FloorView:
         return found
 
 
-def distance_to_line_m(line: Array | Sequence[tuple[float, float]], points: Array) -> Array:
+def distance_to_line_m(
+    line: FloatArray | Sequence[tuple[float, float]], points: FloatArray
+) -> FloatArray:
     """Distances (N,) of points (N, 2) to a polyline."""
     least = np.full(len(points), np.inf)
     ends = np.asarray(line)

@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gazechair.base.angles import half_turn_deg
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.inbox.pieces import Piece
 from gazesim.home_routes import HEADINGS_DEG, Costs, Pose, Router
 from gazesim.homes import FARTHEST_M, Home
 from gazesim.lidar_noise import MISSING, NOISE_M
-from gazesim.rooms import Array
 
 STEP_S = 0.01
 _HEAR_S = 0.02  # between two states of the board
@@ -318,7 +318,7 @@ class Drive:
         metres = self._ranges(x, y, heading + np.radians(own + lidar.heading_deg))
         return Piece(directions, metres, times, (lidar.x_m, lidar.y_m), self._per_turn)
 
-    def _ranges(self, x_m: Array, y_m: Array, angles_rad: Array) -> Array:
+    def _ranges(self, x_m: FloatArray, y_m: FloatArray, angles_rad: FloatArray) -> FloatArray:
         turned = angles_rad % (2.0 * math.pi)
         order = np.argsort(turned, kind="stable")
         metres = np.empty(len(order))

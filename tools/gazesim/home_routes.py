@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.angles import half_turn_deg
+from gazechair.base.arrays import Float32Array, FloatArray, IntArray
 from gazesim import chair
 from gazesim.homes import Home
-from gazesim.rooms import Array
 
 FINE_M = 0.025
 _EVERY = 4  # fine cells a step of the lattice
@@ -36,7 +36,6 @@ _UNREACHED = np.iinfo(np.int32).max
 
 Free = NDArray[np.bool_]
 Costs = NDArray[np.int32]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -75,7 +74,7 @@ class Router:
             return costs.reshape(free.shape)
         headings = np.flatnonzero(free[:, goal[0], goal[1]])
         first = (headings * self._shape[0] + goal[0]) * self._shape[1] + goal[1]
-        buckets: dict[int, list[Ints]] = {0: [first]}
+        buckets: dict[int, list[IntArray]] = {0: [first]}
         while buckets:
             cost = min(buckets)
             poses = np.unique(np.concatenate(buckets.pop(cost)))
@@ -87,7 +86,7 @@ class Router:
                     buckets.setdefault(cost + price, []).append(found)
         return costs.reshape(free.shape)
 
-    def _before(self, poses: Ints) -> list[tuple[int, Ints]]:
+    def _before(self, poses: IntArray) -> list[tuple[int, IntArray]]:
         """Poses from which one move leads to `poses`, by its cost. The border is never free."""
         flat = self._free.reshape(-1)
         layer = self._shape[0] * self._shape[1]
@@ -186,7 +185,7 @@ def unreached(home: Home) -> set[str]:
     return {name for name in names if not router.reaches(costs, *home.places[name])}
 
 
-def _samples(segments: Array) -> Array:
+def _samples(segments: FloatArray) -> FloatArray:
     """Points along the segments, closer than the fine cells."""
     length = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
     count = np.ceil(length / (0.8 * FINE_M)).astype(int) + 1
@@ -198,7 +197,7 @@ def _samples(segments: Array) -> Array:
     return np.asarray(begin + share[:, None] * (end - begin))
 
 
-def _free(taken: NDArray[np.float32], headings_deg: Sequence[float]) -> Free:
+def _free(taken: Float32Array, headings_deg: Sequence[float]) -> Free:
     """For each heading and fine cell, whether the footprint there holds nothing."""
     pad = math.ceil(2.0 * (chair.FRONT_M + 0.2) / FINE_M)
     shape = tuple(_smooth(n + pad) for n in taken.shape)

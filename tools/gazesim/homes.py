@@ -12,8 +12,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazesim import rays
-from gazesim.rooms import Array, Person, Room, Solid
+from gazesim.rooms import Person, Room, Solid
 
 GLASS, MIRROR = "glass", "mirror"
 FARTHEST_M = 30.0
@@ -92,7 +93,7 @@ class Home(Room):
     places: dict[str, tuple[float, float]] = field(default_factory=dict)
     script: tuple[Event, ...] = ()
     time_s: float = 0.0
-    _sights: dict[float, tuple[Array, Array]] = field(default_factory=dict)
+    _sights: dict[float, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
     _due: list[Event] | None = None
 
     def changed(self) -> None:
@@ -152,7 +153,7 @@ class Home(Room):
                 return False
         return True
 
-    def cast(self, x_m: float, y_m: float, angles_rad: Array, height_m: float) -> Array:
+    def cast(self, x_m: float, y_m: float, angles_rad: FloatArray, height_m: float) -> FloatArray:
         """As a Room's; any order of angles."""
         turned = np.asarray(angles_rad) % (2.0 * math.pi)
         order = np.argsort(turned, kind="stable")
@@ -161,7 +162,9 @@ class Home(Room):
         found[order] = self.cast_moving(*here, turned[order], height_m)
         return found
 
-    def cast_moving(self, x_m: Array, y_m: Array, angles_rad: Array, height_m: float) -> Array:
+    def cast_moving(
+        self, x_m: FloatArray, y_m: FloatArray, angles_rad: FloatArray, height_m: float
+    ) -> FloatArray:
         """Distance along each beam from its own origin; ascending angles within one turn."""
         rows, kinds = self._sight(height_m)
         distance, which = rays.cast(x_m, y_m, angles_rad, rows, FARTHEST_M)
@@ -195,7 +198,7 @@ class Home(Room):
             )
         return np.minimum(distance, rays.cast_discs(x_m, y_m, angles_rad, discs))
 
-    def _sight(self, height_m: float) -> tuple[Array, Array]:
+    def _sight(self, height_m: float) -> tuple[FloatArray, FloatArray]:
         """Segments that a plane at that height cuts, and their kinds: 1 glass, 2 mirror."""
         found = self._sights.get(height_m)
         if found is None:
@@ -212,8 +215,13 @@ class Home(Room):
 
 
 def _reflected(
-    x_m: Array, y_m: Array, angles_rad: Array, mirrors: Array, rows: Array, discs: Array
-) -> Array:
+    x_m: FloatArray,
+    y_m: FloatArray,
+    angles_rad: FloatArray,
+    mirrors: FloatArray,
+    rows: FloatArray,
+    discs: FloatArray,
+) -> FloatArray:
     """How far each beam goes on after its mirror."""
     along = np.arctan2(mirrors[:, 3] - mirrors[:, 1], mirrors[:, 2] - mirrors[:, 0])
     onward = 2.0 * along - angles_rad
@@ -225,5 +233,5 @@ def _reflected(
         far = (ax * ey - ay * ex) * inverse
         share = (ax * dy - ay * dx) * inverse
         far[~((far > 1e-6) & (share >= 0.0) & (share <= 1.0))] = np.inf
-    nearest: Array = np.minimum(far.min(axis=1), rays.cast_discs(x_m, y_m, onward, discs))
+    nearest: FloatArray = np.minimum(far.min(axis=1), rays.cast_discs(x_m, y_m, onward, discs))
     return nearest

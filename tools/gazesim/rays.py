@@ -5,17 +5,19 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from gazechair.base.arrays import FloatArray, IntArray
 
 NOTHING = -1
 
 
 def cast(
-    x_m: Array, y_m: Array, angles_rad: Array, segments: Array, farthest_m: float = math.inf
-) -> tuple[Array, Ints]:
+    x_m: FloatArray,
+    y_m: FloatArray,
+    angles_rad: FloatArray,
+    segments: FloatArray,
+    farthest_m: float = math.inf,
+) -> tuple[FloatArray, IntArray]:
     """Each beam's distance in m to the nearest segment, inf for none, and that segment's index.
 
     `x_m`, `y_m`: where each beam begins, close together. `angles_rad`: ascending, within one turn.
@@ -43,8 +45,12 @@ def cast(
 
 
 def _pairs(
-    x_m: Array, y_m: Array, angles_rad: Array, segments: Array, farthest_m: float
-) -> tuple[Ints, Ints]:
+    x_m: FloatArray,
+    y_m: FloatArray,
+    angles_rad: FloatArray,
+    segments: FloatArray,
+    farthest_m: float,
+) -> tuple[IntArray, IntArray]:
     """Every (beam, segment) that can meet, seen from the middle of all origins."""
     middle = np.array((x_m.mean(), y_m.mean()))
     apart_m = float(np.hypot(x_m - middle[0], y_m - middle[1]).max()) + 1e-9
@@ -78,7 +84,9 @@ def _pairs(
     return beam % len(angles_rad), segment
 
 
-def cast_discs(x_m: Array, y_m: Array, angles_rad: Array, discs: Array) -> Array:
+def cast_discs(
+    x_m: FloatArray, y_m: FloatArray, angles_rad: FloatArray, discs: FloatArray
+) -> FloatArray:
     """Each beam's distance to the nearest of `discs`, rows x, y, radius; inf for none."""
     dx, dy = np.cos(angles_rad), np.sin(angles_rad)
     nearest = np.full(len(angles_rad), np.inf)

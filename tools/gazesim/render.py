@@ -10,7 +10,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gazesim.rooms import WALL_HEIGHT_M, Array, Room, Solid
+from gazechair.base.arrays import Float32Array, FloatArray
+from gazesim.rooms import WALL_HEIGHT_M, Room, Solid
 
 WIDTH = 640
 HEIGHT = 480
@@ -86,7 +87,7 @@ class Renderer:
         self._ceiling = (_INDEX["ceiling"] + self._shade(far)).astype(np.uint16)
 
     @staticmethod
-    def _shade(distance_m: Array) -> Array:
+    def _shade(distance_m: FloatArray) -> FloatArray:
         return np.asarray(np.clip(60.0 - 7.0 * np.sqrt(distance_m), 6, 60))
 
     def render(self, room: Room, x_m: float, y_m: float, heading_deg: float) -> bytes:
@@ -103,7 +104,7 @@ class Renderer:
         pixels: NDArray[np.uint32] = np.take(self._palette, image + self._dither)
         return pixels.tobytes()
 
-    def _draw_floor(self, image: Image, eye: tuple[float, float], rays: Array) -> None:
+    def _draw_floor(self, image: Image, eye: tuple[float, float], rays: FloatArray) -> None:
         along = self._floor_m[:, None].astype(np.float32) * 32.0
         u = (along * rays[0].astype(np.float32) + np.float32(eye[0] * 32.0)).astype(np.int32)
         v = (along * rays[1].astype(np.float32) + np.float32(eye[1] * 32.0)).astype(np.int32)
@@ -111,11 +112,13 @@ class Renderer:
         shade = texture + self._floor_shade[:, None]
         image[_HORIZON + 2 :] = np.maximum(shade, 1).astype(np.uint16) + _INDEX["floor"]
 
-    def _row(self, height_m: float, depth: Array) -> NDArray[np.float32]:
+    def _row(self, height_m: float, depth: FloatArray) -> Float32Array:
         """The picture's row of something at that height and depth, per column."""
         return (_HORIZON - (height_m - EYE_M) * self._focal / depth).astype(np.float32)
 
-    def _draw_walls(self, image: Image, room: Room, eye: tuple[float, float], rays: Array) -> Array:
+    def _draw_walls(
+        self, image: Image, room: Room, eye: tuple[float, float], rays: FloatArray
+    ) -> FloatArray:
         depth, side, along = _nearest(_walls(room), eye, rays)
         shade = self._shade(depth) - 9.0 * side
         paper = np.where((along * 4.0).astype(np.int64) % 2 == 0, 0.0, -2.0)  # striped wallpaper
@@ -133,8 +136,8 @@ class Renderer:
         room: Room,
         eye: tuple[float, float],
         forward: tuple[float, float],
-        rays: Array,
-        depth: Array,
+        rays: FloatArray,
+        depth: FloatArray,
     ) -> None:
         solids = [one for one in room.solids() if not _is_wall(one)]
         shapes = [(np.array(s.corners), s.z0_m, s.z1_m, s.material) for s in solids]
@@ -151,7 +154,9 @@ class Renderer:
             columns = self._columns(relative, deep, forward)
             self._draw_solid(image, columns, relative, rays, depth, z0_m, z1_m, material)
 
-    def _columns(self, relative: Array, deep: Array, forward: tuple[float, float]) -> slice:
+    def _columns(
+        self, relative: FloatArray, deep: FloatArray, forward: tuple[float, float]
+    ) -> slice:
         """The columns a shape can be seen in."""
         if deep.min() < 0.1:
             return slice(0, WIDTH)
@@ -163,9 +168,9 @@ class Renderer:
         self,
         image: Image,
         columns: slice,
-        relative: Array,
-        rays: Array,
-        depth: Array,
+        relative: FloatArray,
+        rays: FloatArray,
+        depth: FloatArray,
         z0_m: float,
         z1_m: float,
         material: str,
@@ -196,7 +201,7 @@ def _is_wall(solid: Solid) -> bool:
     return solid.z0_m <= 0.0 and solid.z1_m >= WALL_HEIGHT_M
 
 
-def _walls(room: Room) -> Array:
+def _walls(room: Room) -> FloatArray:
     """Rows x1, y1, x2, y2 of everything that reaches from floor to ceiling."""
     rows = list(room.walls)
     for solid in room.solids():
@@ -205,7 +210,9 @@ def _walls(room: Room) -> Array:
     return np.array(rows, dtype=np.float64)
 
 
-def _nearest(walls: Array, eye: tuple[float, float], rays: Array) -> tuple[Array, Array, Array]:
+def _nearest(
+    walls: FloatArray, eye: tuple[float, float], rays: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Per ray: depth of the nearest wall, how sideways it faces (0..1), place along it in m."""
     ax, ay = walls[:, 0] - eye[0], walls[:, 1] - eye[1]
     ex, ey = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
@@ -222,7 +229,7 @@ def _nearest(walls: Array, eye: tuple[float, float], rays: Array) -> tuple[Array
     return depth[chosen], np.abs(ey / length)[best], along
 
 
-def _through(corners: Array, rays: Array) -> tuple[Array, Array, Array]:
+def _through(corners: FloatArray, rays: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Per ray: depth where it enters and leaves a convex shape, how sideways it enters."""
     near = np.full(rays.shape[1], -1e3)
     far = np.full(rays.shape[1], 1e3)
@@ -243,7 +250,7 @@ def _through(corners: Array, rays: Array) -> tuple[Array, Array, Array]:
     return near, far, side
 
 
-def _figure(x_m: float, y_m: float) -> list[tuple[Array, float, float, str]]:
+def _figure(x_m: float, y_m: float) -> list[tuple[FloatArray, float, float, str]]:
     """A standing person of three stacked prisms."""
     angles = np.arange(8) * math.pi / 4
     ring = np.column_stack((np.cos(angles), np.sin(angles)))

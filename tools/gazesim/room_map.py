@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.lidar_noise import NOISE_M
-from gazesim.rooms import Array, Room
+from gazesim.rooms import Room
 from gazesim.world import LIDAR_HEIGHT_M, TWO
 
 _EVERY_M = 0.7
@@ -41,7 +42,7 @@ def store(room: Room, places: Mapping[str, tuple[str, float, float, float]], pat
     HomeMap("Thuis", occupancy_of(keys), drawn=drawn).save(path)
 
 
-def _key_scan(room: Room, pose: Array, chance: np.random.Generator) -> KeyScan:
+def _key_scan(room: Room, pose: FloatArray, chance: np.random.Generator) -> KeyScan:
     points, origins = [], []
     c, s = math.cos(pose[2]), math.sin(pose[2])
     for x, y, heading_deg in TWO:

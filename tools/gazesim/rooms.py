@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import BoolArray, FloatArray
 from gazesim import chair
 
-Array = NDArray[np.float64]
 WALL_HEIGHT_M = 2.5
 BODY_HEIGHT_M = 1.3  # what hangs higher than chair and driver is no obstacle
 _FARTHEST_M = math.hypot(chair.FRONT_M, chair.HALF_WIDTH_M)  # of the footprint, from its axle
@@ -114,7 +113,7 @@ class Room:
     people: tuple[Person, ...] = ()
     start: tuple[float, float, float] = (0.0, 0.0, 0.0)  # x m, y m, heading deg
     _obstacles: dict[str, Solid] = field(default_factory=dict)
-    _cached: dict[float, Array] = field(default_factory=dict)
+    _cached: dict[float, FloatArray] = field(default_factory=dict)
     changes: int = 0
     """So often something in it has moved, people aside."""
     _free: tuple[float, float, float, float] | None = None
@@ -153,15 +152,15 @@ class Room:
         self._free = None
         self.changes += 1
 
-    def segments(self, height_m: float) -> Array:
+    def segments(self, height_m: float) -> FloatArray:
         """What a horizontal plane at `height_m` cuts, as rows x1, y1, x2, y2."""
         return self._segments(height_m, height_m)
 
-    def body_segments(self) -> Array:
+    def body_segments(self) -> FloatArray:
         """What chair and driver can bump into, at any height."""
         return self._segments(0.0, BODY_HEIGHT_M)
 
-    def _segments(self, low_m: float, high_m: float) -> Array:
+    def _segments(self, low_m: float, high_m: float) -> FloatArray:
         key = low_m + 1000.0 * high_m
         found = self._cached.get(key)
         if found is None:
@@ -173,12 +172,12 @@ class Room:
             self._cached[key] = found
         return found
 
-    def discs(self) -> Array:
+    def discs(self) -> FloatArray:
         """People as rows x, y, radius."""
         rows = [(p.x_m, p.y_m, p.radius_m) for p in self.people]
         return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
-    def cast(self, x_m: float, y_m: float, angles_rad: Array, height_m: float) -> Array:
+    def cast(self, x_m: float, y_m: float, angles_rad: FloatArray, height_m: float) -> FloatArray:
         """Distance in m from (x, y) along each angle to what is first there; inf for nothing."""
         return cast_rays(x_m, y_m, angles_rad, self.segments(height_m), self.discs())
 
@@ -222,18 +221,20 @@ class Room:
             if gap_there >= 0.4 or gap_there > float(_disc_gaps(_turn_discs(here, *pose))[0]):
                 person.x_m, person.y_m = wanted
 
-    def _in_chair_frame(self, x_m: float, y_m: float, heading_deg: float) -> Array:
+    def _in_chair_frame(self, x_m: float, y_m: float, heading_deg: float) -> FloatArray:
         rows = self.body_segments()
         c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
         shifted = rows.reshape(-1, 2) - (x_m, y_m)
-        turned: Array = shifted @ np.array(((c, -s), (s, c)))
+        turned: FloatArray = shifted @ np.array(((c, -s), (s, c)))
         return turned.reshape(-1, 4)
 
 
-def cast_rays(x_m: float, y_m: float, angles_rad: Array, segments: Array, discs: Array) -> Array:
+def cast_rays(
+    x_m: float, y_m: float, angles_rad: FloatArray, segments: FloatArray, discs: FloatArray
+) -> FloatArray:
     """Distance in m from (x, y) along each angle to what is nearest; inf for nothing."""
     dx, dy = np.cos(angles_rad), np.sin(angles_rad)
-    nearest: Array = np.full(len(angles_rad), np.inf)
+    nearest: FloatArray = np.full(len(angles_rad), np.inf)
     if len(segments):
         # A row for each segment: long rows are computed faster than long columns.
         x1, y1, x2, y2 = segments.T[:, :, None]
@@ -253,13 +254,13 @@ def cast_rays(x_m: float, y_m: float, angles_rad: Array, segments: Array, discs:
     return nearest
 
 
-def _turn_discs(discs: Array, x_m: float, y_m: float, heading_deg: float) -> Array:
+def _turn_discs(discs: FloatArray, x_m: float, y_m: float, heading_deg: float) -> FloatArray:
     c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
     x, y = discs[:, 0] - x_m, discs[:, 1] - y_m
     return np.column_stack((c * x + s * y, c * y - s * x, discs[:, 2]))
 
 
-def _cuts_footprint(segments: Array) -> NDArray[np.bool_]:
+def _cuts_footprint(segments: FloatArray) -> BoolArray:
     """Which segments (chair's frame) touch the footprint: clip each against its four sides."""
     enter, leave = np.zeros(len(segments)), np.ones(len(segments))
     sides = ((0, chair.REAR_M, chair.FRONT_M), (1, -chair.HALF_WIDTH_M, chair.HALF_WIDTH_M))
@@ -273,17 +274,17 @@ def _cuts_footprint(segments: Array) -> NDArray[np.bool_]:
     return enter <= leave
 
 
-def _point_gaps(x: Array, y: Array) -> Array:
+def _point_gaps(x: FloatArray, y: FloatArray) -> FloatArray:
     out_x = np.maximum(np.maximum(chair.REAR_M - x, x - chair.FRONT_M), 0.0)
     out_y = np.maximum(np.abs(y) - chair.HALF_WIDTH_M, 0.0)
     return np.hypot(out_x, out_y)
 
 
-def _disc_gaps(discs: Array) -> Array:
+def _disc_gaps(discs: FloatArray) -> FloatArray:
     return np.asarray(_point_gaps(discs[:, 0], discs[:, 1]) - discs[:, 2])
 
 
-def _segment_gaps(segments: Array) -> Array:
+def _segment_gaps(segments: FloatArray) -> FloatArray:
     """Gap of segments that do not cut the footprint: end to box, or corner to segment."""
     gaps = np.minimum(
         _point_gaps(segments[:, 0], segments[:, 1]), _point_gaps(segments[:, 2], segments[:, 3])

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.arrays import BoolArray
 from gazechair.sensing.mapping.stored.home_map import MapError
 from gazechair.sensing.mapping.stored.ros_map import cells
 from gazesim.home_routes import Router
@@ -46,7 +47,7 @@ def load(path: Path) -> Home:
     return home
 
 
-def _borders(taken: NDArray[np.bool_]) -> list[Segment]:
+def _borders(taken: BoolArray) -> list[Segment]:
     """The borders of the occupied cells, joined where they go straight on; in cells."""
     padded = np.pad(taken, 1)
     found: list[Segment] = []

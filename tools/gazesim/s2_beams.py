@@ -7,11 +7,11 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from gazechair.base.arrays import FloatArray, IntArray
+
 # Distances in m along our angles (radians, counter-clockwise, 0 forward); inf for nothing.
-Ranger = Callable[[Array], Array]
+Ranger = Callable[[FloatArray], FloatArray]
 
 # What the chair itself blocks: (from deg, to deg, distance m), our angles.
 Arcs = tuple[tuple[float, float, float], ...]
@@ -37,11 +37,11 @@ class Beams:
     def __init__(self, ranger: Ranger, random: np.random.Generator) -> None:
         self._ranger = ranger
         self._random = random
-        self._last_turn: Array = np.zeros(0)
+        self._last_turn: FloatArray = np.zeros(0)
         self.covered_deg: tuple[float, float] | None = None
         self.frozen = False
 
-    def measure(self, first: int, count: int, per_turn: int) -> tuple[Array, Array]:
+    def measure(self, first: int, count: int, per_turn: int) -> tuple[FloatArray, FloatArray]:
         """(share of the turn 0..1, distance in mm) of samples `first` and on; 0: no measurement."""
         places, turns, ours, degrees = _directions(first % per_turn, count, per_turn)
         blocked = _blocked(first % per_turn, count, per_turn, self.chair_arcs)
@@ -53,7 +53,9 @@ class Beams:
         self._last_turn[places] = distances
         return turns, distances
 
-    def _look(self, ours: Array, degrees: Array, blocked: Array | None) -> Array:
+    def _look(
+        self, ours: FloatArray, degrees: FloatArray, blocked: FloatArray | None
+    ) -> FloatArray:
         random, count = self._random, len(ours)
         metres = np.asarray(self._ranger(ours), dtype=np.float64)
         if blocked is not None:
@@ -68,14 +70,14 @@ class Beams:
         if self.covered_deg is not None:
             first, last = self.covered_deg
             metres[(degrees - first) % 360.0 <= (last - first) % 360.0] = 0.0
-        distances: Array = np.maximum(metres, 0.0) * 1000.0
+        distances: FloatArray = np.maximum(metres, 0.0) * 1000.0
         return distances
 
 
 @lru_cache(maxsize=256)  # turn by turn the same; a mirror that was stopped goes on elsewhere
 def _directions(
     first: int, count: int, per_turn: int
-) -> tuple[NDArray[np.int64], Array, Array, Array]:
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
     """Of samples `first` and on: place in the turn, share of it, our angle in rad and in deg."""
     places = np.arange(first, first + count, dtype=np.int64) % per_turn
     turns = places / per_turn
@@ -87,7 +89,7 @@ def _directions(
 
 
 @lru_cache(maxsize=256)
-def _blocked(first: int, count: int, per_turn: int, arcs: Arcs) -> Array | None:
+def _blocked(first: int, count: int, per_turn: int, arcs: Arcs) -> FloatArray | None:
     """Of the same samples: how far in m the chair itself is, inf beside it; None: nowhere."""
     degrees = _directions(first, count, per_turn)[3]
     metres = np.full(count, np.inf)

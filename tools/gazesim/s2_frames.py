@@ -5,11 +5,9 @@ from __future__ import annotations
 import struct
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazesim.s2_beams import Array
+from gazechair.base.arrays import ByteArray, FloatArray
 
-Octets = NDArray[np.uint8]
 POINTS_PER_CAPSULE = 40
 CAPSULE_SIZE = 84
 _QUALITY = 47
@@ -20,7 +18,7 @@ def descriptor(length: int, loop: bool, kind: int) -> bytes:
     return b"\xa5\x5a" + struct.pack("<IB", length | (0x40000000 if loop else 0), kind)
 
 
-def nodes(turns: Array, distances: Array) -> Octets:
+def nodes(turns: FloatArray, distances: FloatArray) -> ByteArray:
     """Standard nodes (n, 5) at `turns`, shares 0..1 of a turn; distances in mm, 0 = none."""
     rows = np.empty((len(turns), 5), dtype=np.uint8)
     first = (turns == 0.0).astype(np.uint8)  # a new turn begins
@@ -34,7 +32,7 @@ def nodes(turns: Array, distances: Array) -> Octets:
     return rows
 
 
-def capsules(turns: Array, distances: Array, after_reset: bool) -> Octets:
+def capsules(turns: FloatArray, distances: FloatArray, after_reset: bool) -> ByteArray:
     """Dense capsules (n, 84) of 40 points each; `after_reset` marks the first one."""
     count = len(turns) // POINTS_PER_CAPSULE
     rows = np.empty((count, CAPSULE_SIZE), dtype=np.uint8)
@@ -50,10 +48,12 @@ def capsules(turns: Array, distances: Array, after_reset: bool) -> Octets:
     return rows
 
 
-def damaged(octets: Octets, random: np.random.Generator, corrupt: float, drop: float) -> Octets:
+def damaged(
+    octets: ByteArray, random: np.random.Generator, corrupt: float, drop: float
+) -> ByteArray:
     """`octets` with a share of them made wrong and a share of them left out."""
     octets = octets.copy()
     hit = random.random(len(octets)) < corrupt
     octets[hit] ^= random.integers(1, 256, int(hit.sum())).astype(np.uint8)
-    kept: Octets = octets[random.random(len(octets)) >= drop]
+    kept: ByteArray = octets[random.random(len(octets)) >= drop]
     return kept

@@ -9,10 +9,8 @@ import math
 from functools import partial
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gazeboard.boards import bank_layout as layout
+from gazechair.base.arrays import FloatArray
 from gazesim import pot as pot_model
 from gazesim.bank import Bank
 from gazesim.bno055 import Bno055
@@ -78,7 +76,7 @@ class World:
         self._collision_in_s = 0.0
         self._people_in_s = 0.0
         self._stands: tuple[tuple[float, float, float], int] | None = None
-        self._seen: dict[tuple[Mount, int], tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        self._seen: dict[tuple[Mount, int], tuple[FloatArray, FloatArray]] = {}
 
     def step(self, dt_s: float) -> bytes:
         """Advance by `dt_s` (1 ms is the board's tick; up to 5); what the first lidar sends."""
@@ -156,7 +154,7 @@ class World:
         if not self.room.collides(*self._good_pose):  # else something closed in: let it out
             chair.place(*self._good_pose)
 
-    def _ranges(self, mount: Mount, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _ranges(self, mount: Mount, angles_rad: FloatArray) -> FloatArray:
         if self.room.people:
             return self._cast(mount, angles_rad)
         # A chair that stands where nothing moves sees the same in every turn of the mirror.
@@ -170,7 +168,7 @@ class World:
             self._seen[mount, id(angles_rad)] = angles_rad, found
         return found
 
-    def _cast(self, mount: Mount, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _cast(self, mount: Mount, angles_rad: FloatArray) -> FloatArray:
         x, y, heading_deg = self.pose
         heading = math.radians(heading_deg)
         x += mount[0] * math.cos(heading) - mount[1] * math.sin(heading)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 
 Narrow = NDArray[np.float32]
 

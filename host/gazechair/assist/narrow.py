@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 
 _FAR_M = 0.7  # searched ahead of the front
 _BESIDE_M = 0.1  # searched to each side, beyond what the chair needs

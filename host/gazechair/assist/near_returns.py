@@ -8,7 +8,7 @@ from collections import deque
 import numpy as np
 
 from gazechair.base.angles import half_turn_deg
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.clearance.surface import surfaces
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.inbox.pieces import Piece

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gazechair.assist.corridors import FARTHEST_M, Corridors
-from gazechair.base.footprint import BoolArray, FloatArray, Footprint
+from gazechair.base.arrays import BoolArray, FloatArray
+from gazechair.base.footprint import Footprint
 
 _MOST_DEG = 40  # to each side of the present heading
 FROM_POINTED_RAD = math.radians(35.0)

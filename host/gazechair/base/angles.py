@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 
 Angle = TypeVar("Angle", float, FloatArray)
 

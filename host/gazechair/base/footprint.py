@@ -7,11 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from gazechair.base.arrays import BoolArray, FloatArray
 
 Corner = tuple[float, float]
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # The chair of the simulator, 0.75 m wide as fitted; drive axle at the origin, x forward, y left.
 DEFAULT_CORNERS: tuple[Corner, ...] = (

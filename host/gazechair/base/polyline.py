@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 
 
 def along_m(points: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from gazechair.base.angles import half_turn_rad
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 
 
 def compose(frame: FloatArray, pose: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, Int32Array, IntArray
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 
 _CELL_M = 0.05
@@ -40,7 +40,7 @@ class Background:
         self._counts: NDArray[np.int16] = np.zeros((_CELLS, _CELLS), dtype=np.int16)
         # A square is too coarse for a doorway: the newest return in each quarter, and its scan.
         self._last_m = np.zeros((2 * _CELLS, 2 * _CELLS, 2))
-        self._last: NDArray[np.int32] = np.full((2 * _CELLS, 2 * _CELLS), -_SHAPE, dtype=np.int32)
+        self._last: Int32Array = np.full((2 * _CELLS, 2 * _CELLS), -_SHAPE, dtype=np.int32)
         self._number = 0
         if grid is not None:
             self._map = _wider(grid.occupied, round(_MAP_M / grid.cell_m))
@@ -107,7 +107,7 @@ class Background:
         left = quarters[x, :, y].max(axis=(1, 2)) < self._number - _SHAPE
         quarters[x[left], :, y[left]] = -_SHAPE
 
-    def _cells(self, points_m: FloatArray, parts: int = 1) -> NDArray[np.int64]:
+    def _cells(self, points_m: FloatArray, parts: int = 1) -> IntArray:
         """Squares of points; outside the window the border's, which is beyond every track."""
         cells = np.floor((points_m - self._low) * (parts / _CELL_M)).astype(np.int64)
         return np.asarray(np.clip(cells, 0, parts * _CELLS - 1))
@@ -122,7 +122,7 @@ class Background:
         self._low = self._low + off * _CELL_M
 
 
-def _shifted(squares: NDArray[_Kind], by: NDArray[np.int64], empty: float) -> NDArray[_Kind]:
+def _shifted(squares: NDArray[_Kind], by: IntArray, empty: float) -> NDArray[_Kind]:
     """The squares as seen from a window that lies `by` squares farther on."""
     found = np.full_like(squares, empty)
     to, begin = np.maximum(-by, 0), np.maximum(by, 0)
@@ -133,7 +133,7 @@ def _shifted(squares: NDArray[_Kind], by: NDArray[np.int64], empty: float) -> ND
     return found
 
 
-def _bins(offset: FloatArray) -> NDArray[np.int64]:
+def _bins(offset: FloatArray) -> IntArray:
     bearings = np.arctan2(offset[:, 1], offset[:, 0]) / (2.0 * np.pi)
     return np.asarray((bearings * _BINS).astype(np.int64) % _BINS)
 

@@ -14,7 +14,8 @@ from functools import partial
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray, Footprint, distance_m, inside
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import Footprint, distance_m, inside
 from gazechair.base.polyline import evenly
 from gazechair.following.trail import FREE, KEEP_M, STEP_M, Point, Room, Trail
 from gazechair.going.costmap import Costmap

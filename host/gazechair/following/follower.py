@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazechair.base.at_once import at_once
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.footprint import Footprint
 from gazechair.base.poses import to_frame
 from gazechair.following.background import Background
 from gazechair.following.fitting import Fitting, Submit

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray
 
 FARTHEST_M = 5.5
 _MOST = 60

@@ -11,7 +11,8 @@ from enum import Enum
 
 import numpy as np
 
-from gazechair.base.footprint import DEFAULT_CORNERS, FloatArray
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import DEFAULT_CORNERS
 from gazechair.base.polyline import along_m, evenly
 from gazechair.base.poses import to_frame
 from gazechair.following.line_trace import trace

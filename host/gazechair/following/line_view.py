@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.picture.floor import FloorCamera
 
 Picture = NDArray[np.uint8]
@@ -58,9 +58,7 @@ class Plan:
         i, j, inside = self._cells(points_m)
         return np.asarray(self.glare[i, j] & inside)
 
-    def _cells(
-        self, points_m: FloatArray
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64], BoolArray]:
+    def _cells(self, points_m: FloatArray) -> tuple[IntArray, IntArray, BoolArray]:
         cells = np.floor((points_m - (self.near_m, -BESIDE_M)) / CELL_M).astype(np.int64)
         i, j = cells[..., 0], cells[..., 1]
         nx, ny = self.glare.shape

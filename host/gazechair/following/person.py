@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from gazechair.base.angles import half_turn_rad
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.following.legs import Cluster, continued
 from gazechair.following.tracks import Track
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.following.request import CAP_M_S, STOP, Request
 from gazechair.going.rolled import along
 from gazechair.going.smooth import Pose

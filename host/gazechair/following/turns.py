@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import from_frame, to_frame
 from gazechair.following.legs import Scan
 from gazechair.sensing.inbox.pieces import Piece

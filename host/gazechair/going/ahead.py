@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import Costmap
 from gazechair.going.people import People
 from gazechair.going.plan import Pose, Way

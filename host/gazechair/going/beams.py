@@ -7,9 +7,8 @@ edges stay, and pose errors clear nothing that is still there.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 
 _BESIDE_M = 0.08
 """Only beams that pass within this distance of a place decide whether it is free."""
@@ -32,9 +31,9 @@ def looked_through(places_m: FloatArray, points_m: FloatArray, origins_m: FloatA
     return found
 
 
-def of_each_lidar(origins_m: FloatArray) -> list[NDArray[np.int64]]:
+def of_each_lidar(origins_m: FloatArray) -> list[IntArray]:
     """Indices of each lidar's beams, by their origins; a rotation may arrive in several pieces."""
-    found: list[tuple[FloatArray, list[NDArray[np.int64]]]] = []
+    found: list[tuple[FloatArray, list[IntArray]]] = []
     cuts = np.flatnonzero((np.diff(origins_m, axis=0) != 0.0).any(axis=1)) + 1
     for piece in np.split(np.arange(len(origins_m)), cuts):
         if not len(piece):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.going.costmap import Costmap
 
 RATE_RAD_S = math.radians(17.5)

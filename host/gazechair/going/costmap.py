@@ -10,9 +10,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray, Footprint, inside
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
+from gazechair.base.footprint import Footprint, inside
 from gazechair.going.beams import looked_through
 from gazechair.going.distance_field import Distances, discs_of, distances
 from gazechair.going.outline import outline, wider
@@ -83,7 +83,7 @@ class Costmap:
             self.standing_m = np.concatenate(list(self._standing_m.values()))
             self.changes += 1
 
-    def _centres_m(self, cells: NDArray[np.int64]) -> FloatArray:
+    def _centres_m(self, cells: IntArray) -> FloatArray:
         """(N, 2) of cells (N, 2)."""
         return np.asarray((cells + 0.5) * self.cell_m + self.low_m)
 

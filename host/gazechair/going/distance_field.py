@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray, distance_m, inside
+from gazechair.base.arrays import BoolArray, FloatArray, Int32Array
+from gazechair.base.footprint import distance_m, inside
 
 Distances = NDArray[np.float32]
 
@@ -33,7 +34,7 @@ def distances(occupied: BoolArray, cell_m: float, most_m: float) -> Distances:
     return np.minimum(np.sqrt(least) * np.float32(cell_m), np.float32(most_m))
 
 
-def _along_rows(occupied: BoolArray, most: int) -> NDArray[np.int32]:
+def _along_rows(occupied: BoolArray, most: int) -> Int32Array:
     """Cells to the nearest occupied one of the same row."""
     columns = np.arange(occupied.shape[1], dtype=np.int32)
     far = np.int32(1 << 20)

@@ -11,9 +11,8 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, Float32Array, FloatArray, Int32Array, IntArray
 from gazechair.going.costmap import Costmap
 from gazechair.going.distance_field import Distances, distances
 
@@ -42,8 +41,6 @@ _JAMS_M, _JAMS = 0.05, 6.0
 _STANDING = 6.0  # the same, where the board may see a standing person ahead
 _BLOCKED = -1.0
 _BORDER = 3
-
-Ints = NDArray[np.int64]
 
 
 class Lattice:
@@ -76,7 +73,7 @@ class Lattice:
         self._is_prepared = False
         self.use(LOOSE_M, 0.0, ())
 
-    def _clearances(self, places: Ints) -> NDArray[np.float32]:
+    def _clearances(self, places: IntArray) -> Float32Array:
         """Clearance (2 HEADINGS, len(places)) at each heading, and halfway to the next one."""
         x, y = self.metres(places).T
         found = np.full((2 * HEADINGS, len(places)), _BLOCKED, dtype=np.float32)
@@ -125,7 +122,7 @@ class Lattice:
         reach = cost.reach_m + 2.0 * STEP_M
         return np.asarray((distances(cells, STEP_M, reach + STEP_M) <= reach).reshape(-1))
 
-    def _ahead(self, whole: NDArray[np.float32], way_m: float) -> NDArray[np.float32]:
+    def _ahead(self, whole: Float32Array, way_m: float) -> Float32Array:
         """Clearance at the place `way_m` ahead of each pose."""
         found = np.full_like(whole, _BLOCKED)
         for k, (i, j) in enumerate(_STEPS):
@@ -137,7 +134,7 @@ class Lattice:
                 found[k, -shift:] = whole[k, :shift]
         return found
 
-    def _nearest(self, places_m: FloatArray) -> Ints:
+    def _nearest(self, places_m: FloatArray) -> IntArray:
         """The nearest cell of each place (N, 2) in the map's frame."""
         cells = np.round((places_m @ self._turn.T - self._low) / STEP_M)
         return np.asarray(cells, dtype=np.int64)
@@ -147,11 +144,11 @@ class Lattice:
         new = np.setdiff1d(self._cells(self._costmap.standing_m), self._stood)
         return self._stood_ahead | self._ahead_of(new) if len(new) else self._stood_ahead
 
-    def _cells(self, places_m: FloatArray) -> Ints:
+    def _cells(self, places_m: FloatArray) -> IntArray:
         """Indices of the places' nearest cells, each once."""
         return np.unique(self._nearest(places_m) @ (self._shape[1], 1))
 
-    def _ahead_of(self, at: Ints) -> BoolArray:
+    def _ahead_of(self, at: IntArray) -> BoolArray:
         """(HEADINGS, places): poses with one of these cells close ahead."""
         cells = np.stack(np.divmod(at, self._shape[1]), axis=1)
         found = np.zeros((HEADINGS, *self._shape), dtype=np.bool_)
@@ -202,14 +199,14 @@ class Lattice:
 
     # -- places ------------------------------------------------------------------------------------
 
-    def metres(self, places: Ints) -> FloatArray:
+    def metres(self, places: IntArray) -> FloatArray:
         """(N, 2) in the map's frame."""
         cells = np.stack(np.divmod(places % self._layer, self._shape[1]), axis=1)
         return np.asarray((cells * STEP_M + self._low) @ self._turn)
 
     def near(
         self, x_m: float, y_m: float, heading_rad: float, within_m: float, turned_rad: float
-    ) -> Ints:
+    ) -> IntArray:
         """Free poses within `within_m` and `turned_rad` of a pose."""
         u, v = (np.array((x_m, y_m)) @ self._turn.T - self._low) / STEP_M
         reach = math.ceil(within_m / STEP_M)
@@ -233,11 +230,11 @@ class Lattice:
 
     def costs_to(
         self,
-        goals: Ints,
-        prices: Ints,
-        starts: Ints,
+        goals: IntArray,
+        prices: IntArray,
+        starts: IntArray,
         go_on: Callable[[], None] = lambda: None,
-    ) -> NDArray[np.int32]:
+    ) -> Int32Array:
         """Cost from each pose to the cheapest of `goals`; ends soon after a start is settled.
 
         `go_on` is called again and again; what it raises ends the search.
@@ -269,7 +266,7 @@ class Lattice:
                     break
         return costs
 
-    def _before(self, poses: Ints) -> tuple[Ints, Ints]:
+    def _before(self, poses: IntArray) -> tuple[IntArray, IntArray]:
         """The poses before `poses`, move by move, and the price of each; -1: not possible."""
         layer, heading = self._layer, poses // self._layer
         place = poses % layer
@@ -291,7 +288,7 @@ class Lattice:
         prices.append(np.where(self._stands[before] & self._free[poses], price, -1))
         return np.concatenate(found), np.concatenate(prices)
 
-    def route(self, costs: NDArray[np.int32], start: int) -> list[int]:
+    def route(self, costs: Int32Array, start: int) -> list[int]:
         """Poses from `start` down to the goal."""
         found = [start]
         layer = self._layer

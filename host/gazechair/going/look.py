@@ -12,7 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import Costmap
 from gazechair.going.outline import own_place
 from gazechair.going.plan import GOAL_BLOCKED, NoWay, Pose

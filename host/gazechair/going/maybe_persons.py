@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.going.beams import of_each_lidar
 from gazechair.sensing.clearance.standing import like_persons
 from gazechair.sensing.clearance.surface import surfaces

@@ -10,17 +10,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from gazechair.base.arrays import FloatArray
 from gazechair.base.at_once import at_once
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.footprint import Footprint
 from gazechair.going.ahead import Ahead, look_ahead
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Follower, Stick
-from gazechair.going.insist import END_LEG, GIVE_UP, PLAN, Insist, Verdict
 from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.people import speed_within
 from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
 from gazechair.going.planning import Planned, Planning, Submit
+from gazechair.going.recovery import END_LEG, GIVE_UP, PLAN, Recovery, Verdict
 from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
 from gazechair.going.rolls_into import rolled_into, turns_at_stop, turns_rolling
 from gazechair.going.smooth import refused_s
@@ -29,7 +30,7 @@ from gazechair.going.steering import NARROW_M
 # States.
 IDLE, PLANNING, DRIVING, WAITING, BLOCKED = "idle", "planning", "driving", "waiting", "blocked"
 ARRIVED, LOST = "arrived", "lost"
-# Reasons, keys of the string tables; the planner's and insist.py's are others.
+# Reasons, keys of the string tables; the planner's and recovery.py's are others.
 POSE_LOST, LIMIT = "going_pose_lost", "going_limit"
 
 _CHECK_S = 0.3
@@ -85,7 +86,7 @@ class Mission:
         self._planning = Planning(lambda job: self.submit(job))
         self._follower = Follower(self.numbers)
         self._obstacles = ObstacleLayer(self.costmap, self.footprint)
-        self._insist = Insist(self.costmap, self._obstacles, self._follower, self.rolled)
+        self._recovery = Recovery(self.costmap, self._obstacles, self._follower, self.rolled)
 
     # -- what people ask ---------------------------------------------------------------------------
 
@@ -93,7 +94,7 @@ class Mission:
         """Set the goal, at any time; the chair follows its old path until the new one is ready."""
         self.goal = goal
         self._nearer = 0
-        self._insist.begin()
+        self._recovery.begin()
         self._hit_since_s, self._shut_since_s, self._went_round_s = None, None, -math.inf
         self._planning.abandon()
         self._follower.press()
@@ -151,9 +152,9 @@ class Mission:
         at = self._located
         speeds = (None, None) if at is None else (at.speed_m_s, at.rate_deg_s)
         self._follower.moved(put_out, *speeds)
-        self._insist.put_out(put_out)
-        self._insist.asked = self._step(now_s, put_out)
-        return self._insist.asked
+        self._recovery.put_out(put_out)
+        self._recovery.requested = self._step(now_s, put_out)
+        return self._recovery.requested
 
     def _step(self, now_s: float, put_out: Stick) -> Stick:
         at = self._located
@@ -164,7 +165,7 @@ class Mission:
             return STOP
         if self.state == LOST:
             self.state, self.reason = DRIVING, ""
-            self._insist.moves()
+            self._recovery.moves()
             if self._way_to != self.goal or self._planning.busy:
                 self._ask_plan()
         if not self.numbers.drives_within(self.cap_permille):
@@ -194,7 +195,7 @@ class Mission:
             return STOP
         stick = STOP if self._follower.turns_on_spot and self._free_m < 0.05 else stick
         waits = self._free_m < 0.3
-        verdict = self._insist.step(self.planner, at.pose, stick, put_out, waits, now_s)
+        verdict = self._recovery.step(self.planner, at.pose, stick, put_out, waits, now_s)
         return self._obey(verdict, at.pose, now_s)
 
     def _gap_m(self, pose: Pose) -> float:
@@ -216,7 +217,7 @@ class Mission:
             self.costmap.refresh(now_s)
             self._obstacles.suspect()
             start = self._follower.rests(pose) if self.state == PLANNING else pose
-            goal, refused, hurry = self.goal, self._insist.refused.all, self._hurries
+            goal, refused, hurry = self.goal, self._recovery.refused.all, self._hurries
             self._planning.begin(lambda over: self.planner.plan(start, goal, refused, hurry, over))
         found = self._planning.take()
         if found is None:
@@ -293,17 +294,17 @@ class Mission:
         """
         if self.state != WAITING or self._way_to != self.goal or self._follower.turns_on_spot:
             return False
-        if not self._insist.refused.may_pass or not self._insist.may_be_person(pose):
+        if not self._recovery.refused.may_pass or not self._recovery.may_be_person(pose):
             return False
         a, b = found.points_m[:2]
         heading = math.atan2(b[1] - a[1], b[0] - a[0])
         turns_rad = math.remainder(heading - pose[2], 2.0 * math.pi)
         no_other = abs(turns_rad) < _SAME_WAY_RAD and not found.backward
-        return no_other and refused_s(self._insist.refused.all, a, heading) > 0.0
+        return no_other and refused_s(self._recovery.refused.all, a, heading) > 0.0
 
     def _give_up(self, reason: str, now_s: float) -> None:
         self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
-        self._insist.forget()
+        self._recovery.forget()
         self._shut_since_s = self._way_to = None
         self._follower.drop()
 
@@ -323,7 +324,7 @@ class Mission:
         elif self._hit_since_s is None:
             self._hit_since_s = now_s
         elif (
-            now_s - self._hit_since_s > self._insist.round_after_s(pose)
+            now_s - self._hit_since_s > self._recovery.round_after_s(pose)
             and now_s - self._went_round_s > _AGAIN_S
         ):
             self._went_round_s = now_s
@@ -336,7 +337,7 @@ class Mission:
             self.state, self.reason = DRIVING, ""
             return
         self._free_m = min(self._free_m, shut_m - _STAND_OFF_M)
-        self.state, self.reason = WAITING, self._insist.in_the_way(pose)
+        self.state, self.reason = WAITING, self._recovery.in_the_way(pose)
 
     def _obey(self, verdict: Verdict, pose: Pose, now_s: float) -> Stick:
         """Do what comes of requests in vain."""

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import Footprint
 from gazechair.base.poses import to_frame
 from gazechair.going.costmap import Costmap
 from gazechair.going.maybe_persons import maybe_persons_m

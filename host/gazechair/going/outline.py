@@ -6,7 +6,8 @@ wider, the board keeps as much more clear.
 
 from __future__ import annotations
 
-from gazechair.base.footprint import FloatArray, Footprint, Margins
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import Footprint, Margins
 
 
 def wider(margins: Margins) -> Margins:

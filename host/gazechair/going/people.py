@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import BoolArray, FloatArray, Footprint
+from gazechair.base.arrays import BoolArray, FloatArray
+from gazechair.base.footprint import Footprint
 from gazechair.going.outline import outline
 
 AHEAD_S = 2.0

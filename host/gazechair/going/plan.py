@@ -13,17 +13,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from gazechair.base.angles import half_turn_rad
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.going.costmap import Costmap
-from gazechair.going.lattice import (
-    LOOSE_M,
-    NO_TURN_M,
-    STEP_M,
-    STRICT_M,
-    UNREACHED,
-    Ints,
-    Lattice,
-)
+from gazechair.going.lattice import LOOSE_M, NO_TURN_M, STEP_M, STRICT_M, UNREACHED, Lattice
 from gazechair.going.smooth import (
     ALONG_M,
     TURN_EASY_M,
@@ -251,7 +243,7 @@ class Planner:
 
     def _ends(
         self, x_m: float, y_m: float, heading: float | None
-    ) -> tuple[Ints, Ints, dict[int, float]]:
+    ) -> tuple[IntArray, IntArray, dict[int, float]]:
         """Lattice poses from which the goal is reached, their prices, and the leg from each."""
         legs: dict[int, float] = {}
         prices: dict[int, int] = {}
@@ -288,7 +280,7 @@ class Planner:
         poses = np.array(list(prices), dtype=np.int64)
         return poses, np.array(list(prices.values()), dtype=np.int64), legs
 
-    def _turn_fits(self, poses: Ints, at: Pose) -> BoolArray:
+    def _turn_fits(self, poses: IntArray, at: Pose) -> BoolArray:
         """Whether turns on the spot from the headings of lattice poses to the pose `at` fit."""
         off = half_turn_rad(
             np.array([self._lattice.heading_rad(int(pose)) - at[2] for pose in poses])
@@ -307,7 +299,7 @@ class Planner:
         found = self._costmap.clearance_m(np.full(72, x_m), np.full(72, y_m), around)
         return bool(found.min() > TURN_EASY_M)
 
-    def _starts(self, start: Pose) -> list[tuple[Ints, float, float]]:
+    def _starts(self, start: Pose) -> list[tuple[IntArray, float, float]]:
         """Lattice poses to begin at, the straight leg to them (negative backward), its seconds."""
         found = []
         clear = self._costmap.clearance_m(*(np.array([one]) for one in start))[0]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.going.bends import CLEAR_M, Bend, Point, bend_at, has_room
 from gazechair.going.costmap import Costmap
 from gazechair.going.rolled import along

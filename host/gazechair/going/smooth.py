@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.going.bends import Bend, Point, bend_at, widest
 from gazechair.going.costmap import Costmap
 from gazechair.going.lattice import NO_TURN_M

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gazechair.base.footprint import BoolArray, FloatArray, Footprint
+from gazechair.base.arrays import BoolArray, FloatArray
+from gazechair.base.footprint import Footprint
 from gazechair.going.outline import outline
 from gazechair.sensing.clearance.standing import WIDE_M
 from gazechair.sensing.clearance.stood import CALM_S

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.going.bends import Bend
 from gazechair.going.smooth import PASSES_M, Pose
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray
 
 # Reasons, keys of the string tables.
 OUTSIDE, ABOVE_HORIZON, TOO_FAR, TOO_UNSURE = (

@@ -6,8 +6,8 @@ import io
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import ByteArray
 from gazechair.picture.reducer import Image
 
 CAN_DECODE = Image is not None
@@ -23,7 +23,7 @@ def size_px(jpeg: bytes) -> tuple[int, int] | None:
     return int(picture.width), int(picture.height)
 
 
-def pixels(jpeg: bytes, size: tuple[int, int]) -> NDArray[np.uint8] | None:
+def pixels(jpeg: bytes, size: tuple[int, int]) -> ByteArray | None:
     """(height, width, 3), red, green, blue, for a width and height; None: cannot be decoded."""
     try:
         picture: Any = Image.open(io.BytesIO(jpeg), formats=("JPEG",))

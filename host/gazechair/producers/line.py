@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import from_frame, to_frame
 from gazechair.following.line import GONE_S, LineFollower, State
 from gazechair.following.line_view import NOT_SEEN, Picture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.producers.odometry_track import OdometryTrack
 
 _BRAKES_S = 3.0

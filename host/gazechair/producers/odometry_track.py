@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.producers.track import DOUBTED, ESTIMATE_OLD_S
 from gazechair.sensing.odometry.estimate import Estimate
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.polyline import evenly
 from gazechair.base.poses import from_frame
 from gazechair.picture.floor import FloorCamera

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between, compose
 from gazechair.going.rolled import POSE_OLD_S
 from gazechair.sensing.mapping.locating.whereabouts import Whereabouts

@@ -10,8 +10,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from gazechair.base.arrays import FloatArray
 from gazechair.base.at_once import at_once
-from gazechair.base.footprint import FloatArray, Footprint, distance_m, inside
+from gazechair.base.footprint import Footprint, distance_m, inside
 from gazechair.following.fitting import Fitting, Planned, Submit
 from gazechair.following.trail import FREE, Trail
 

@@ -7,12 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from gazechair.base.arrays import FloatArray
 from gazechair.following.line import LOST_S, LineFollower, State
 from gazechair.following.line_trace import trace
 from gazechair.following.line_view import NO_LINE, NOT_SEEN, PlanMaker, chosen
 from gazechair.following.request import STOP
 from gazechair.picture.floor import FloorCamera
-from gazesim.floor_view import Array, Eye, Floor, FloorView
+from gazesim.floor_view import Eye, Floor, FloorView
 
 pytestmark = pytest.mark.costly
 
@@ -28,7 +29,7 @@ def _view(**changes: object) -> FloorView:
     return FloorView(EYE, Floor(**{"lines": [STRAIGHT], **changes}), 3)  # type: ignore[arg-type]
 
 
-def _picture(view: FloorView, x_m: float = 0.0) -> Array:
+def _picture(view: FloorView, x_m: float = 0.0) -> FloatArray:
     return view.picture(x_m, 0.0, 0.0, 160)
 
 
@@ -72,7 +73,7 @@ def test_where_there_is_no_line_none_is_chosen() -> None:
     assert follower.choose(_picture(edge), _pixel(1.8, 0.0), POSE, 0.0) == NO_LINE
 
 
-def _end_of_trace(view: FloorView) -> tuple[Array, bool]:
+def _end_of_trace(view: FloorView) -> tuple[FloatArray, bool]:
     plans = PlanMaker(CAMERA)
     found = chosen(plans(_picture(_view())), np.array((1.8, 0.0)))
     assert not isinstance(found, str)

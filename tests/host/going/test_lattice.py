@@ -7,7 +7,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.going.costmap import Costmap
 from gazechair.going.lattice import LOOSE_M, Lattice
 from goingrig import TWO_ROOMS, floor

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import Float32Array, IntArray
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.costmap import Costmap
 from gazechair.going.distance_field import Distances, distances
-from gazechair.going.lattice import STRICT_M, Ints, Lattice
+from gazechair.going.lattice import STRICT_M, Lattice
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, START_BLOCKED, NoWay, Planner, Pose, Way
 from gazechair.going.smooth import PASSES_M, Refused
 from goingrig import TWO_ROOMS, floor
@@ -289,7 +289,7 @@ def test_what_is_seen_while_the_lattice_is_computed_is_in_the_next_plan() -> Non
     lattice = Lattice(costmap)
     clearances = lattice._clearances
 
-    def meanwhile(places: Ints) -> NDArray[np.float32]:
+    def meanwhile(places: IntArray) -> Float32Array:
         found = clearances(places)
         costmap.see(BEHIND_M, 1.1, (3.0, 2.0))
         costmap.refresh(1.1)

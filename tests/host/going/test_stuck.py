@@ -8,9 +8,9 @@ import pytest
 
 from gazeboard.core.limits import AUTO_OVERRULED_MS
 from gazechair.going.follow import STOP, Stick
-from gazechair.going.insist import STANDS
 from gazechair.going.mission import ARRIVED, BLOCKED, LIMIT
 from gazechair.going.pace import PERIOD_S
+from gazechair.going.recovery import STANDS
 from gazechair.going.stuck import Overruled, Stuck
 from goingrig import TWO_ROOMS, GoingChair, floor
 

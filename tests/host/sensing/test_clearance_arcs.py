@@ -8,14 +8,8 @@ import random
 import numpy as np
 import pytest
 
-from gazechair.base.footprint import (
-    DEFAULT_CORNERS,
-    Corner,
-    FloatArray,
-    Footprint,
-    Margins,
-    inside,
-)
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import DEFAULT_CORNERS, Corner, Footprint, Margins, inside
 from gazechair.sensing.clearance.arcs import ArcReach, arc_reach
 from gazechair.sensing.clearance.sweeps import Sweeps
 from gazelink import arcs

@@ -9,7 +9,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from gazechair.base.footprint import FloatArray, Footprint, Margins, distance_m, inside
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import Footprint, Margins, distance_m, inside
 from gazechair.sensing.clearance import surface
 from gazechair.sensing.clearance.arcs import arc_reach
 from gazechair.sensing.clearance.movers import Movers

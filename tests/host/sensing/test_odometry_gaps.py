@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.estimate import Estimate
 from gazechair.sensing.odometry.odometry import Odometry
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, Drive, Truth
-from gazesim.rooms import Array
 
 Act = Callable[[Drive], None]
 
@@ -51,7 +51,9 @@ def gap(
     def told(time_s: float) -> bool:
         return not at_s <= time_s < at_s + seconds
 
-    def cast_if_told(x_m: Array, y_m: Array, angles_rad: Array, height_m: float) -> Array:
+    def cast_if_told(
+        x_m: FloatArray, y_m: FloatArray, angles_rad: FloatArray, height_m: float
+    ) -> FloatArray:
         # What nobody is told is not computed; the dice are thrown all the same.
         return cast(x_m, y_m, angles_rad, height_m) if told(drive.time_s) else np.zeros(len(x_m))
 

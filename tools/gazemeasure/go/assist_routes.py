@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazesim.gaze_driver import Point
-from gazesim.rooms import Array, Room
+from gazesim.rooms import Room
 
 _CELL_M = 0.1
 _HALF_M = 2.8
@@ -55,7 +56,7 @@ def _cell(point: Point) -> tuple[int, int]:
     return i, j
 
 
-def _distances(points: Array, segments: Array) -> Array:
+def _distances(points: FloatArray, segments: FloatArray) -> FloatArray:
     """(N,): distance of each point to the nearest segment."""
     nearest = np.full(len(points), np.inf)
     for ax, ay, bx, by in segments:

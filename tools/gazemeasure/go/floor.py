@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.arrays import FloatArray
+from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import costmap_of
 from gazechair.going.look import goal, seen_from_here
 from gazechair.going.mission import Mission

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.arrays import BoolArray
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
 from gazemeasure import carmen_log
@@ -82,7 +83,7 @@ def left_by_a_robot(folder: Path) -> Path:
     return _write(folder, grey, grid.cell_m, low_m, negate=0)
 
 
-def _inside(x: Floats, y: Floats) -> NDArray[np.bool_]:
+def _inside(x: Floats, y: Floats) -> BoolArray:
     """Within the outer walls, which are convex and go counter-clockwise."""
     found = np.ones((len(x), len(y)), dtype=np.bool_)
     for x0, y0, x1, y1, _ in _WALLS[:6]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazechair.following.line import LineFollower, State
 from gazechair.following.request import STOP, Request
 from gazechair.going.chair_numbers import ChairNumbers
@@ -22,7 +23,7 @@ from gazelink.settings_table import PROFILES, TABLE
 from gazemeasure.report import Report, percentile
 from gazemeasure.turn.board import settings_with
 from gazesim.chair import Chair
-from gazesim.floor_view import Array, Eye, Floor, FloorView, Picture, distance_to_line_m
+from gazesim.floor_view import Eye, Floor, FloorView, Picture, distance_to_line_m
 
 WIDTH_PX = 160
 _STEP_S, _PERIOD_S, _PICTURE_S, _LATE_S = 0.01, 0.05, 0.08, 0.10
@@ -168,7 +169,7 @@ def random_eye(random: np.random.Generator) -> Eye:
     )
 
 
-def random_line(random: np.random.Generator) -> Array:
+def random_line(random: np.random.Generator) -> FloatArray:
     """Straights and bends of 1.2 m radius and more; begins before the chair."""
     points, heading = [np.array((0.9, random.uniform(-0.05, 0.05)))], random.normal(0.0, 0.05)
     done, first = 0.0, True
@@ -185,7 +186,7 @@ def random_line(random: np.random.Generator) -> Array:
     return np.array(points)
 
 
-def random_floor(random: np.random.Generator, line: Array) -> Floor:
+def random_floor(random: np.random.Generator, line: FloatArray) -> Floor:
     """A floor with tape, a crossing, gaps, shadows, a rug of similar colour, glare and light."""
     tape = _TAPES[str(random.choice(list(_TAPES)))]
     base = np.array(_FLOORS[random.integers(len(_FLOORS))])
@@ -229,7 +230,9 @@ def numbers_of(profile: str) -> ChairNumbers:
 class Drive:
     """One chair on one floor, in virtual time."""
 
-    def __init__(self, job: Job, line: Array | None = None, floor: Floor | None = None) -> None:
+    def __init__(
+        self, job: Job, line: FloatArray | None = None, floor: Floor | None = None
+    ) -> None:
         random = np.random.default_rng((job.seed, PROFILES.index(job.profile)))
         self._random = random
         self.eye = random_eye(random)
@@ -273,7 +276,7 @@ class Drive:
         return reason, len(_TAPPED)
 
     @property
-    def pose(self) -> Array:
+    def pose(self) -> FloatArray:
         """The chair's pose by odometry."""
         noise = np.array((*self._random.normal(0.0, _POSE_M, 2), 0.0))
         return np.asarray(self._pose + noise)
@@ -284,7 +287,7 @@ class Drive:
         """Rows: time, true x, y, heading, requested speed, requested yaw."""
         assert self.follower is not None
         rows: list[tuple[float, ...]] = []
-        waiting: deque[tuple[float, Picture, Array]] = deque()
+        waiting: deque[tuple[float, Picture, FloatArray]] = deque()
         request = STOP
         ticks = 0
         while self.now_s < until_s:

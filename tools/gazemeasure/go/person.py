@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazechair.following.follower import Followed, PersonFollower
 from gazechair.following.legs import Scan
 from gazechair.following.person import State
@@ -30,7 +31,6 @@ from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M
 from gazesim.home_routes import Pose, Router
 from gazesim.homes import Home
 from gazesim.lidar_noise import MISSING, NOISE_M
-from gazesim.rooms import Array
 from gazesim.thinker import Thinker
 
 _WALKS, _WALKS_QUICK = 100, 6
@@ -192,13 +192,13 @@ class _Run:
         self._judged.spent_ms.append(spent_ms - (sum(self._judged.plans_ms) - planned_ms))
         self._judge(followed, true, known, seen)
 
-    def _known(self, true: Array) -> Array:
+    def _known(self, true: FloatArray) -> FloatArray:
         noise = self._random.normal(0.0, (_POSE_M, _POSE_M, _POSE_RAD))
         if self._drifts and self._chair.moves:
             self._drift += self._random.normal(0.0, (0.002, 0.002, math.radians(0.03)))
         return np.asarray(true + self._drift + noise)
 
-    def _scan(self, true: Array, at_s: float) -> tuple[Scan, bool]:
+    def _scan(self, true: FloatArray, at_s: float) -> tuple[Scan, bool]:
         """A scan of the lidar, and whether it shows the leader."""
         own = np.arange(-FRONT.half_deg, FRONT.half_deg, 360.0 / _PER_TURN)
         angles = np.radians(own)
@@ -219,7 +219,7 @@ class _Run:
         )
         return Scan(points, (FRONT.x_m, 0.0), at_s), int(on_leader.sum()) >= 2
 
-    def _judge(self, followed: Followed, true: Array, known: Array, seen: bool) -> None:
+    def _judge(self, followed: Followed, true: FloatArray, known: FloatArray, seen: bool) -> None:
         judged, walk = self._judged, self._walk
         leader = (walk.leader.x_m, walk.leader.y_m)
         self._unseen_s = 0.0 if seen else self._unseen_s + _SCAN_S

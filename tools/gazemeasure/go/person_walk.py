@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazesim.gaits import FOREIGN, PLAIN, Actor
 from gazesim.home_routes import Pose, Router
 from gazesim.homes import Home
-from gazesim.rooms import Array
 
 STEP_S = 0.05
 _BODIES_M = 0.45  # no two people are nearer to each other
@@ -36,8 +36,8 @@ KINDS = ("cross", "towards", "beside", "door")
 class Path:
     """A polyline, by the distance along it."""
 
-    points: Array
-    along: Array = field(init=False)
+    points: FloatArray
+    along: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
         steps = np.hypot(*np.diff(self.points, axis=0).T)

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.mirrors import without_mirrored
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
@@ -37,7 +38,7 @@ from gazesim import home_plans
 from gazesim import ros_map as ros_home
 from gazesim.home_drive import LIDAR_HEIGHT_M
 from gazesim.homes import GLASS, MIRROR, Home
-from gazesim.rooms import Array, Solid, box
+from gazesim.rooms import Solid, box
 
 MIRRORS, HUNG, DRAWN, LOGGED = (
     "mirrors and glass in every room",
@@ -203,7 +204,7 @@ def as_ros_map(home: Home, cell_m: float, folder: Path, chance: np.random.Genera
     shape = np.ceil((high - low) / cell_m).astype(int)
     grey = np.full(tuple(shape), 205, dtype=np.uint8)
 
-    def put(points: Array, value: int) -> None:
+    def put(points: FloatArray, value: int) -> None:
         middle = 0.5 * (low + high)
         off = (points - middle) * (1.0 + _STRETCHED)
         bent = off + np.stack((np.zeros(len(off)), _BENT_RAD_M * off[:, 0] ** 2), axis=1)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gazechair.base.angles import half_turn_rad
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between, compose, to_frame
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
@@ -27,7 +28,7 @@ from gazesim import home_plans, rays
 from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, REAR, Mounted
 from gazesim.homes import Home
 from gazesim.lidar_noise import NOISE_M
-from gazesim.rooms import Array, Solid
+from gazesim.rooms import Solid
 
 _HOMES, _HOMES_QUICK = 100, 3
 _STARTS, _HOSTILE_STARTS = 10, 2  # in each home
@@ -44,7 +45,7 @@ _CROWD_S, _AGAIN_S = 10.0, 0.2  # it stands around a chair that knew its place
 _MOVED_SHARE, _MOVED_M = 0.5, 0.5
 _LEAST_KEPT = 90.0
 _ANOTHER = 500  # offset in seed of a home that is not on the map
-_NOBODY: Array = np.zeros((0, 3))
+_NOBODY: FloatArray = np.zeros((0, 3))
 
 # Kind of start, and the percentage that must be right.
 _MAPPED, _MOVED, _WALKING, _STANDING = (
@@ -73,7 +74,7 @@ class Counted:
     """The pose after a crowd came to a located chair: right, wrong or unknown."""
     look_ms: list[float] = field(default_factory=list)
 
-    def count(self, kind: str, found: Location | None, pose: Array) -> None:
+    def count(self, kind: str, found: Location | None, pose: FloatArray) -> None:
         """Add the result of one start."""
         which = self.unknown if found is None else self.wrong
         if found is not None and is_right(found, pose):
@@ -175,11 +176,11 @@ def key_scans(home: Home, chance: np.random.Generator) -> list[KeyScan]:
 
 def look(
     home: Home,
-    pose: Array,
+    pose: FloatArray,
     chance: np.random.Generator,
     lidars: tuple[Mounted, ...] = (FRONT,),
     hidden: float = 0.0,
-    crowd: Array = _NOBODY,
+    crowd: FloatArray = _NOBODY,
 ) -> Look:
     """The lidars' view from `pose`.
 
@@ -205,7 +206,7 @@ def look(
     return Look(np.concatenate(points), np.concatenate(origins))
 
 
-def is_right(found: Location, pose: Array) -> bool:
+def is_right(found: Location, pose: FloatArray) -> bool:
     """True if the found pose is the chair's."""
     off = between(pose, found.pose)
     return bool(math.hypot(off[0], off[1]) < _RIGHT_M and abs(off[2]) < _RIGHT_RAD)
@@ -214,11 +215,11 @@ def is_right(found: Location, pose: Array) -> bool:
 def turning(
     localization: Localization,
     home: Home,
-    start: Array,
+    start: FloatArray,
     chance: np.random.Generator,
     hidden: float = 0.0,
-    crowd: Array = _NOBODY,
-) -> tuple[Location | None, Array, float]:
+    crowd: FloatArray = _NOBODY,
+) -> tuple[Location | None, FloatArray, float]:
     """The first claimed pose while the chair turns on the spot, the true pose then, and the time.
 
     The chair stands for the first second.
@@ -235,7 +236,7 @@ def turning(
 
 
 def _crowded(
-    localization: Localization, home: Home, pose: Array, chance: np.random.Generator
+    localization: Localization, home: Home, pose: FloatArray, chance: np.random.Generator
 ) -> str:
     """The result at the end, or "wrong" if it ever was; the chair stands."""
     odometry = np.zeros(3)
@@ -249,7 +250,7 @@ def _crowded(
     return "unknown" if found is None else "right"
 
 
-def crowd_around(pose: Array, chance: np.random.Generator) -> Array:
+def crowd_around(pose: FloatArray, chance: np.random.Generator) -> FloatArray:
     """People who stand around the chair: rows x, y, radius."""
     bearings = np.radians(np.arange(360.0))
     hidden = np.zeros(360, dtype=bool)
@@ -265,7 +266,7 @@ def crowd_around(pose: Array, chance: np.random.Generator) -> Array:
 
 
 def _carried(
-    localization: Localization, home: Home, pose: Array, chance: np.random.Generator
+    localization: Localization, home: Home, pose: FloatArray, chance: np.random.Generator
 ) -> float:
     """Seconds until the pose is unknown or right after the chair was carried; inf: neither."""
     there = somewhere(home, chance)
@@ -279,7 +280,7 @@ def _carried(
     return math.inf
 
 
-def somewhere(home: Home, chance: np.random.Generator) -> Array:
+def somewhere(home: Home, chance: np.random.Generator) -> FloatArray:
     """A pose in the home where the chair has room."""
     rows = home.segments(LIDAR_HEIGHT_M).reshape(-1, 2)
     around = np.radians(np.arange(0.0, 360.0, 10.0))

@@ -11,6 +11,7 @@ from collections import deque
 import numpy as np
 
 import gazesetup
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between, compose, to_frame
 from gazechair.sensing.mapping.building.loops import RANGE_M
 from gazechair.sensing.mapping.building.mapper import STEP_SIGMA_M, Mapper
@@ -18,7 +19,7 @@ from gazechair.sensing.mapping.matching import ndt
 from gazechair.sensing.mapping.matching.correlative_search import Candidate, search
 from gazechair.sensing.mapping.matching.likelihood_field import LikelihoodField
 from gazemeasure import carmen_log, icp_slam
-from gazemeasure.carmen_log import Array, Frame
+from gazemeasure.carmen_log import Frame
 from gazemeasure.report import Report
 
 _FR079_LIMIT_M, _INTEL_LIMIT_M = 0.10, 0.13
@@ -79,12 +80,12 @@ def _usual_step_m(turn_rad: float) -> float:
     return _FRAME_M if abs(turn_rad) < _FRAME_RAD else _AHEAD_M
 
 
-def poses_of(mapper: Mapper) -> Array:
+def poses_of(mapper: Mapper) -> FloatArray:
     """(N, 3): the poses of its key scans."""
     return np.array([key.pose for key in mapper.keys])
 
 
-def times_of(frames: list[Frame]) -> Array:
+def times_of(frames: list[Frame]) -> FloatArray:
     """Times of the frames, s."""
     return np.array([frame.time_s for frame in frames])
 
@@ -93,7 +94,7 @@ def map_fr079(frames: list[Frame]) -> tuple[Mapper, list[int]]:
     """A finished map, and the numbers of the frames that became key scans."""
     headings = carmen_log.sensor_headings(frames)
     mapper, taken = Mapper(), []
-    recent: deque[Array] = deque(maxlen=_KEYS)
+    recent: deque[FloatArray] = deque(maxlen=_KEYS)
     pose = key = np.array((0.0, 0.0, headings[0]))
     velocity = np.zeros(2)
     grid: ndt.NdtGrid | None = None
@@ -135,7 +136,7 @@ def _map_intel(frames: list[Frame]) -> Mapper:
     return mapper
 
 
-def _intel_step(mapper: Mapper, points_m: Array, turn_rad: float) -> tuple[Array, float]:
+def _intel_step(mapper: Mapper, points_m: FloatArray, turn_rad: float) -> tuple[FloatArray, float]:
     """Motion from the newest key scan to the frame; distance of the farthest good rival, m."""
     last = mapper.keys[-1].pose
     poses = poses_of(mapper)
@@ -175,5 +176,5 @@ def _intel_step(mapper: Mapper, points_m: Array, turn_rad: float) -> tuple[Array
     return np.array((step[0], step[1], turn_rad)), rival_m
 
 
-def _near(points_m: Array) -> Array:
+def _near(points_m: FloatArray) -> FloatArray:
     return points_m[np.hypot(points_m[:, 0], points_m[:, 1]) < RANGE_M]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.mapping.making import Making
@@ -18,8 +18,6 @@ from gazemeasure.report import Report
 from gazemeasure.spread import Spread, together
 from gazesim.home_drive import LIDAR_HEIGHT_M, Truth
 from gazesim.homes import Home
-
-Array = NDArray[np.float64]
 
 WALLS_M = 0.03  # 95 % of occupied cells are this near to a surface
 # A room is doubled if key scans are this far off, or many occupied cells far from all surfaces.
@@ -56,7 +54,7 @@ class MapJudge:
         self._home = home
         self._looks, self._making = Looks(), Making()
         self._true: list[tuple[float, float]] = []
-        self._states: dict[object, Array] = {}
+        self._states: dict[object, FloatArray] = {}
 
     def take(self, piece: Piece, estimate: Estimate, true: Truth) -> None:
         """A piece, its estimate and the truth."""
@@ -79,7 +77,7 @@ class MapJudge:
         c, s = math.cos(turn), math.sin(turn)
         rotation = np.array(((c, s), (-s, c)))
 
-        def placed(points_m: Array) -> Array:
+        def placed(points_m: FloatArray) -> FloatArray:
             return np.asarray((points_m - found.mean(axis=0)) @ rotation + true.mean(axis=0))
 
         surfaces = np.unique(np.concatenate(list(self._states.values())), axis=0)
@@ -97,7 +95,7 @@ def add_rows(report: Report, lidars: str, maps: list[Judged]) -> None:
     report.add("  homes with a doubled room", float(sum(one.doubled for one in maps)), "", 0.0)
 
 
-def surfaces_off_m(places_m: Array, surfaces: Array) -> Array:
+def surfaces_off_m(places_m: FloatArray, surfaces: FloatArray) -> FloatArray:
     """Each place's distance from the nearest surface; inf: there is none."""
     if not len(places_m) or not len(surfaces):
         return np.full(len(places_m), np.inf)

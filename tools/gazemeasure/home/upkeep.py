@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between, compose
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
@@ -31,7 +32,7 @@ from gazesim import home_plans
 from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, REAR
 from gazesim.home_routes import Pose, Router
 from gazesim.homes import Home
-from gazesim.rooms import Array, Solid
+from gazesim.rooms import Solid
 
 DRIVES = 6
 _HOMES, _HOMES_QUICK = 20, 1
@@ -50,9 +51,9 @@ _ODOMETRY = 0.01  # error as a share of distance and turn
 class Kept:
     """The result for one home's map."""
 
-    added_off_m: Array
+    added_off_m: FloatArray
     """Distances of added cells from the present surfaces."""
-    off_m: Array
+    off_m: FloatArray
     """Distances of all occupied cells from present surfaces, or those at the time of mapping."""
     new: int
     """Added cells where an object stands now."""
@@ -191,7 +192,7 @@ def _elsewhere(
     return None
 
 
-def _route(home: Home, rooms: list[str]) -> Iterator[Array]:
+def _route(home: Home, rooms: list[str]) -> Iterator[FloatArray]:
     """Poses (3,) from the corridor through these rooms and back, as far as possible."""
     router = Router(home)
     begin = router.place(*home.places["corridor"])
@@ -204,7 +205,7 @@ def _route(home: Home, rooms: list[str]) -> Iterator[Array]:
         here = way[-1] if way else here
 
 
-def _mapped(home: Home, poses: list[Array], chance: np.random.Generator) -> OccupancyGrid:
+def _mapped(home: Home, poses: list[FloatArray], chance: np.random.Generator) -> OccupancyGrid:
     keys = []
     for pose in poses:
         seen = look(home, pose, chance, (FRONT, REAR))
@@ -214,7 +215,7 @@ def _mapped(home: Home, poses: list[Array], chance: np.random.Generator) -> Occu
 
 
 def _drive(
-    store: MapStore, home: Home, poses: list[Array], number: int, chance: np.random.Generator
+    store: MapStore, home: Home, poses: list[FloatArray], number: int, chance: np.random.Generator
 ) -> int:
     """Run one drive; returns the number of looks with a wrong pose."""
     crowd = _crowd(poses, chance)
@@ -237,7 +238,7 @@ def _drive(
     return wrong
 
 
-def _crowd(poses: list[Array], chance: np.random.Generator) -> Array:
+def _crowd(poses: list[FloatArray], chance: np.random.Generator) -> FloatArray:
     """People who stand beside the route, not in its way: rows x, y, radius."""
     found: list[tuple[float, float, float]] = []
     while len(found) < _PEOPLE:
@@ -260,5 +261,5 @@ def _grid(store: MapStore) -> OccupancyGrid:
     return stored.map.grid
 
 
-def _centres(grid: OccupancyGrid, cells: np.ndarray) -> Array:
+def _centres(grid: OccupancyGrid, cells: np.ndarray) -> FloatArray:
     return np.asarray((np.argwhere(cells) + 0.5) * grid.cell_m + grid.low_m)

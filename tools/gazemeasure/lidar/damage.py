@@ -6,18 +6,16 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base.angles import half_turn_deg
+from gazechair.base.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from gazechair.sensing.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, POINTS, CapsuleDecoder
-from gazechair.sensing.lidar.nodes import FloatArray
 from gazechair.sensing.lidar.scan import BINS, Scan
 from gazechair.sensing.lidar.stream import ByteStream
 from gazelink import codes
 from gazemeasure.lidar.emulator import room
 from gazesim.lidar_noise import MISSING, NOISE_M
-from gazesim.s2_beams import Array
-from gazesim.s2_frames import Octets, capsules, damaged
+from gazesim.s2_frames import capsules, damaged
 
 PER_TURN = 3200
 _BATCH = 20_000  # capsules
@@ -28,13 +26,13 @@ _EXTENDED_M = 0.5
 _AT_MIRROR_DEG = 30.0  # near the mirror: some capsules may be in transit or lost
 
 
-def _turn_of(count: int, first: int = 0) -> Array:
+def _turn_of(count: int, first: int = 0) -> FloatArray:
     """Mirror positions, 0..1 of a turn, of `count` capsules from number `first` on."""
     points = np.arange(first * POINTS, (first + count) * POINTS)
     return np.asarray((points % PER_TURN) / PER_TURN)
 
 
-def clean(count: int, random: np.random.Generator, first: int = 0) -> Octets:
+def clean(count: int, random: np.random.Generator, first: int = 0) -> ByteArray:
     """Capsules of the emulator's room, ranges with noise and misses, as rows."""
     turns = _turn_of(count, first)
     metres = room(-2.0 * np.pi * turns) + random.standard_normal(len(turns)) * NOISE_M
@@ -128,7 +126,7 @@ def longest_extension(turns: int, seed: int) -> tuple[int, int]:
     return longest, wrong
 
 
-def _passes(quarters: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _passes(quarters: int) -> tuple[IntArray, BoolArray]:
     """Per degree: how often the mirror has passed it; and True if the mirror is not near it."""
     raw_deg = -(np.arange(BINS, dtype=np.float64) - BINS / 2 + 0.5) % 360.0
     behind_deg = 90.0 * (quarters % 4) - raw_deg
@@ -136,7 +134,7 @@ def _passes(quarters: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     return passes.astype(np.int64), np.abs(half_turn_deg(behind_deg)) > _AT_MIRROR_DEG
 
 
-def _shifted(rows: Octets, chosen: NDArray[np.bool_]) -> Octets:
+def _shifted(rows: ByteArray, chosen: BoolArray) -> ByteArray:
     distances = np.ascontiguousarray(rows[:, 4:]).view("<u2").astype(np.float64)
     distances[chosen] += _FURTHER_M * 1000.0
     starts = np.ascontiguousarray(rows[:, 2:4]).view("<u2").reshape(-1)

@@ -15,9 +15,9 @@ import time
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazesim.pty_port import PtyPort
 from gazesim.s2 import S2
-from gazesim.s2_beams import Array
 
 _STEP_S = 0.001
 _STALL_S = 0.020  # a stalled machine pauses the lidar
@@ -28,7 +28,7 @@ MASK = ((123.0, -123.0),)
 """Arcs that its reader must mask: there the lidar sees the chair."""
 
 
-def room(angles: Array) -> Array:
+def room(angles: FloatArray) -> FloatArray:
     """Distances in m in a room of 6 x 4 m with four legs in it."""
     with np.errstate(divide="ignore"):
         metres = np.minimum(np.abs(3.0 / np.cos(angles)), np.abs(2.0 / np.sin(angles)))

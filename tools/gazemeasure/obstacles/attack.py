@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base.angles import half_turn_deg
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.lidar.scan import in_arcs
 from gazelink import codes
 from gazelink.settings_table import profile_row
@@ -213,7 +213,7 @@ def _hand(chance: random.Random, steady: bool) -> tuple[tuple[Hold, ...], float]
     return tuple(moves), swings_s
 
 
-def _path(hand: tuple[Hold, ...], chair: AttackedChair) -> NDArray[np.float64]:
+def _path(hand: tuple[Hold, ...], chair: AttackedChair) -> FloatArray:
     """Poses of the hand's path without any rule, until standstill: x, y, heading in radians."""
     poses = []
 
@@ -268,7 +268,7 @@ def touched(room: Room, chair: Any) -> tuple[tuple[float, float], ...]:
 
 
 def _placed(
-    chance: random.Random, path: NDArray[np.float64], swings: int
+    chance: random.Random, path: FloatArray, swings: int
 ) -> tuple[Room, tuple[tuple[float, float], ...]] | None:
     """An obstacle in the path's sweep and outside the straight path, and its points; or None."""
     x0, y0, turned = path[swings - 1] if swings else (0.0, 0.0, 0.0)
@@ -303,7 +303,7 @@ def _placed(
     return None
 
 
-def _gaps(path: NDArray[np.float64], x: float, y: float) -> NDArray[np.float64]:
+def _gaps(path: FloatArray, x: float, y: float) -> FloatArray:
     """Distance of a point to the chair at each pose, negative within."""
     c, s = np.cos(path[:, 2]), np.sin(path[:, 2])
     dx, dy = x - path[:, 0], y - path[:, 1]

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base.angles import half_turn_deg
+from gazechair.base.arrays import FloatArray
 from gazechair.base.footprint import Footprint
 from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.evaluate import Evaluator
@@ -27,7 +27,6 @@ from gazesim.rooms import Room
 from gazesim.world import LIDAR_HEIGHT_M
 from gazesim.zone import zone_of
 
-Array = NDArray[np.float64]
 RAYS = 800
 TURN_S = 0.1
 _RANGE_M = (0.05, 30.0)
@@ -88,7 +87,7 @@ class Eye:
         if len(at):
             self._distances_m[at] = self._measure(self._angles_deg[at], chair)
 
-    def _measure(self, angles_deg: Array, chair: Where) -> Array:
+    def _measure(self, angles_deg: FloatArray, chair: Where) -> FloatArray:
         pose = self.mount.pose
         x_m, y_m, heading_deg = chair
         c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazemeasure.pools import forked
 from gazemeasure.report import Report
 from gazemeasure.turn import figures
@@ -19,7 +20,6 @@ from gazemeasure.turn.bound import bounds
 from gazemeasure.turn.cases import Drawn, grid, monte_carlo, published, stepped
 from gazemeasure.turn.jobs import DEFAULTS, PLAIN, PROTOTYPE, TUNED, Done, Job
 from gazemeasure.turn.judge import DEFINITIONS
-from gazemeasure.turn.model import Floats
 
 _CHAIRS = 1000
 _CHAIRS_QUICK = 40
@@ -64,7 +64,7 @@ def _parts(cases: list[Drawn]) -> list[list[Drawn]]:
     return [cases[at : at + _AT_ONCE] for at in range(0, len(cases), _AT_ONCE)]
 
 
-def _bounds(drawn: list[Drawn]) -> Floats:
+def _bounds(drawn: list[Drawn]) -> FloatArray:
     return bounds([each.case for each in drawn])
 
 

@@ -14,8 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazemeasure.turn.judge import WITHIN_DEG
-from gazemeasure.turn.model import Case, Floats, Model, Switches, outcome
+from gazemeasure.turn.model import Case, Model, Switches, outcome
 
 FINE_S = 0.003
 _SECANTS = 5
@@ -24,12 +25,12 @@ _TOGETHER = 120  # chairs simulated together, as long as the slowest of them nee
 _COARSE, _FINE, _OFFSETS = 14, 9, 11
 
 
-def bounds(cases: Sequence[Case]) -> Floats:
+def bounds(cases: Sequence[Case]) -> FloatArray:
     """The bound of each case, s from the press; inf when none was found."""
     return best(cases)[0]
 
 
-def best(cases: Sequence[Case]) -> tuple[Floats, Floats]:
+def best(cases: Sequence[Case]) -> tuple[FloatArray, FloatArray]:
     """The bounds, and per case both switches that give it, s, without dead time."""
     model = Model.of(cases)
     out, switches = np.empty(len(cases)), np.empty((len(cases), 2))
@@ -41,7 +42,7 @@ def best(cases: Sequence[Case]) -> tuple[Floats, Floats]:
     return out, switches
 
 
-def _search(model: Model) -> tuple[Floats, Floats, Floats]:
+def _search(model: Model) -> tuple[FloatArray, FloatArray, FloatArray]:
     full_s = model.forward / model.accelerate
     most = model.forward / model.brake + 2.0 * model.lag + full_s
     t2 = most * np.linspace(0.0, 1.0, _COARSE)[None, :]
@@ -59,7 +60,9 @@ def _search(model: Model) -> tuple[Floats, Floats, Floats]:
     return least, t1, t2
 
 
-def _around(model: Model, t1: Floats, t2: Floats, secants: int) -> tuple[Floats, Floats, Floats]:
+def _around(
+    model: Model, t1: FloatArray, t2: FloatArray, secants: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Earliest settling per chair over the given t2 and, for each, t1 around the correct one."""
     t1 = _landing(model, t1, t2, secants)
     offsets = np.linspace(-1.0, 1.0, _OFFSETS) * WITHIN_DEG
@@ -72,7 +75,7 @@ def _around(model: Model, t1: Floats, t2: Floats, secants: int) -> tuple[Floats,
     return take(settled, at, 1)[:, 0], take(many_t1, at, 1), take(many_t2, at, 1)
 
 
-def _landing(model: Model, t1: Floats, t2: Floats, secants: int) -> Floats:
+def _landing(model: Model, t1: FloatArray, t2: FloatArray, secants: int) -> FloatArray:
     """The first switch with which the chair comes to rest at the setpoint, by secants."""
     before = t1
     missed = outcome(model, Switches.two(before, t2))[1] - model.angle

@@ -6,17 +6,17 @@ import math
 from collections.abc import Sequence
 
 from gazeboard.core.limits import WIPER_MAX, WIPER_MIN
+from gazechair.base.arrays import FloatArray
 from gazemeasure.report import Report, percentile
 from gazemeasure.turn.jobs import Done, Steps
 from gazemeasure.turn.judge import Verdict
-from gazemeasure.turn.model import Floats
 from gazemeasure.turn.stops import Stops
 
 _TIMES = 2.5  # x the bound: limit for tuned chairs
 _OFF_DEG = 2.0
 
 
-def of_grid(report: Report, found: Sequence[Done], best: Floats) -> None:
+def of_grid(report: Report, found: Sequence[Done], best: FloatArray) -> None:
     """Add the figures of tuned, undisturbed chairs."""
     ratios = _ratios(found, best)
     report.add("undisturbed: settling / bound, median", percentile(ratios, 0.5), "x", 1.5)
@@ -38,7 +38,7 @@ def of_steps(report: Report, steps: Sequence[Steps]) -> None:
     report.add("ten steps of 10 deg: truly off, most", true, "deg")
 
 
-def of_chairs(report: Report, found: Sequence[Done], best: Floats) -> None:
+def of_chairs(report: Report, found: Sequence[Done], best: FloatArray) -> None:
     """Add the figures of tuned random chairs and floors."""
     ratios = _ratios(found, best)
     within = 100 * sum(ratio <= _TIMES for ratio in ratios) / len(ratios)
@@ -85,7 +85,7 @@ def of_stops(report: Report, stops: Stops, done: Sequence[Done]) -> None:
 
 
 def table(
-    report: Report, found: Sequence[Done], best: Floats, rivals: dict[str, list[Done]]
+    report: Report, found: Sequence[Done], best: FloatArray, rivals: dict[str, list[Done]]
 ) -> None:
     """Add a table of all controllers' settling times per undisturbed turn."""
     report.note("settling time, s, the slower of left and right; undisturbed")
@@ -128,5 +128,5 @@ def _or_inf(seconds: float) -> float:
     return math.inf if math.isnan(seconds) else seconds
 
 
-def _ratios(found: Sequence[Done], best: Floats) -> list[float]:
+def _ratios(found: Sequence[Done], best: FloatArray) -> list[float]:
     return [settled_s(done) / bound for done, bound in zip(found, best, strict=True)]

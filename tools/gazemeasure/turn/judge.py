@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazeboard.core.limits import WIPER_NEUTRAL
+from gazechair.base.arrays import FloatArray
 
 WITHIN_DEG = 1.0
 UNDER_DPS = 1.0
@@ -24,7 +25,6 @@ FOR_MS = 1000
 _SWINGS = 2
 _CASTERS_DEG = 15.0
 
-Floats = NDArray[np.float64]
 
 DEFINITIONS = (
     "settled: within 1 deg of the setpoint and under 1 deg/s for 1 s (true heading); the time is",
@@ -42,9 +42,9 @@ class Turn:
     """One turn as recorded each millisecond from the press on; angle left positive."""
 
     angle_deg: float
-    heading_deg: Floats
+    heading_deg: FloatArray
     """True heading, 0 at the press."""
-    rate_dps: Floats
+    rate_dps: FloatArray
     count: NDArray[np.int16]
     """The turn wiper."""
 
@@ -89,7 +89,7 @@ def judge(turn: Turn) -> Verdict:
     )
 
 
-def _settled_at(error_deg: Floats, rate_dps: Floats) -> int | None:
+def _settled_at(error_deg: FloatArray, rate_dps: FloatArray) -> int | None:
     """Index (ms) of the first second that keeps to the definition; None when there is none."""
     good = (np.abs(error_deg) <= WITHIN_DEG) & (np.abs(rate_dps) < UNDER_DPS)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], good.astype(np.int8), [0]))))
@@ -99,7 +99,7 @@ def _settled_at(error_deg: Floats, rate_dps: Floats) -> int | None:
     return None
 
 
-def _swings(error: Floats) -> list[float]:
+def _swings(error: FloatArray) -> list[float]:
     """Peaks outside the band after first entering it, one per change of side."""
     inside = np.flatnonzero(np.abs(error) <= WITHIN_DEG)
     if len(inside) == 0:
@@ -122,7 +122,7 @@ def _swings(error: Floats) -> list[float]:
     return peaks
 
 
-def _flips(error: Floats, count: NDArray[np.int16]) -> int:
+def _flips(error: FloatArray, count: NDArray[np.int16]) -> int:
     """How often the wiper changed sides after the heading first entered the band; the single
     counter-deflection that stops a later move is part of that move and not counted."""
     inside = np.flatnonzero(np.abs(error) <= WITHIN_DEG)

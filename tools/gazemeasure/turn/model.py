@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import FloatArray, IntArray
 from gazemeasure.turn.judge import FOR_MS, UNDER_DPS, WITHIN_DEG
 from gazesim.chair import Parameters
 from gazesim.disturbances import Floor
@@ -22,8 +22,6 @@ _COAST_S = 1.2  # after the last switch: until it has come to rest
 _CHUNK = 20_000  # candidates at a time, to fit into the processor's cache
 _VEER_EVERY_S = 0.1
 _VEERS = 150
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -43,12 +41,12 @@ class Case:
 class Switches:
     """When to switch, s, without dead time: towards for t1, back for t2, towards for t3."""
 
-    t1: Floats
-    t2: Floats
-    t3: Floats
+    t1: FloatArray
+    t2: FloatArray
+    t3: FloatArray
 
     @classmethod
-    def two(cls, t1: Floats, t2: Floats) -> Switches:
+    def two(cls, t1: FloatArray, t2: FloatArray) -> Switches:
         """Two switches, without the third."""
         return cls(t1, t2, np.zeros_like(t1))
 
@@ -57,25 +55,25 @@ class Switches:
 class Model:
     """The chairs' turning as columns (one row per chair), in the direction of the turn."""
 
-    angle: Floats
-    sign: Floats
-    forward: Floats
-    back: Floats
-    accelerate: Floats
-    brake: Floats
-    lag: Floats
-    standstill: Floats
-    friction: Floats
-    breakaway: Floats
-    dead: Floats
-    slope: Floats
-    downhill: Floats
-    caster: Floats
-    caster_s: Floats
-    left: Floats
-    lie: Floats
-    begins: Floats
-    veers: Floats
+    angle: FloatArray
+    sign: FloatArray
+    forward: FloatArray
+    back: FloatArray
+    accelerate: FloatArray
+    brake: FloatArray
+    lag: FloatArray
+    standstill: FloatArray
+    friction: FloatArray
+    breakaway: FloatArray
+    dead: FloatArray
+    slope: FloatArray
+    downhill: FloatArray
+    caster: FloatArray
+    caster_s: FloatArray
+    left: FloatArray
+    lie: FloatArray
+    begins: FloatArray
+    veers: FloatArray
 
     @classmethod
     def of(cls, cases: Sequence[Case]) -> Model:
@@ -85,7 +83,7 @@ class Model:
         columns.append(np.array([_veers(case) for case in cases]))
         return cls(*columns)
 
-    def rows(self, which: NDArray[np.int64]) -> Model:
+    def rows(self, which: IntArray) -> Model:
         """Some of the chairs."""
         return Model(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
@@ -117,7 +115,7 @@ def _veers(case: Case) -> list[float]:
     return out
 
 
-def outcome(model: Model, switches: Switches) -> tuple[Floats, Floats]:
+def outcome(model: Model, switches: Switches) -> tuple[FloatArray, FloatArray]:
     """Per chair (row) and candidate (column): settling time, s without dead time (inf: never);
     and the heading at rest, degrees in the direction of the turn."""
     rows, columns = switches.t1.shape
@@ -132,7 +130,9 @@ def outcome(model: Model, switches: Switches) -> tuple[Floats, Floats]:
     )
 
 
-def _simulate(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Floats, Floats]:
+def _simulate(
+    m: Model, t1: FloatArray, t2: FloatArray, t3: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     ramp_at, rest_s = _ramps(m, t1, t2, t3)
     follow = 1.0 - np.exp(-STEP_S / m.lag)
     up = m.forward / (m.forward - m.friction)
@@ -172,7 +172,9 @@ def _simulate(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Floats, Flo
     return settled, heading
 
 
-def _ramps(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Callable[[float], Floats], float]:
+def _ramps(
+    m: Model, t1: FloatArray, t2: FloatArray, t3: FloatArray
+) -> tuple[Callable[[float], FloatArray], float]:
     """The ramp of the chair's own controller as a function of time, and when it is back at zero.
 
     Each phase is a trapezoid: up with `accelerate` from where the previous one reaches zero, down
@@ -189,7 +191,7 @@ def _ramps(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Callable[[floa
     if not t3.any():
         phases.pop()
 
-    def at(now: float) -> Floats:
+    def at(now: float) -> FloatArray:
         total = np.zeros_like(t1)
         for sign, full, begin, switch, peak in phases:
             rising = np.minimum(a * (now - begin), full)
@@ -200,8 +202,8 @@ def _ramps(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Callable[[floa
 
 
 def _over_floor(
-    m: Model, now: float, speed: Floats, heading: Floats, lie: Floats
-) -> tuple[Floats, Floats]:
+    m: Model, now: float, speed: FloatArray, heading: FloatArray, lie: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """The yaw rate on this floor, and the casters' position."""
     tenth = np.minimum((m.begins + m.dead + now) / _VEER_EVERY_S, _VEERS - 1).astype(np.int64)
     veer = np.take_along_axis(m.veers, tenth, 1)

@@ -10,8 +10,8 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import FloatArray
 from gazemeasure.turn.cases import ANGLES_DEG
 from gazemeasure.turn.judge import FOR_MS, UNDER_DPS, WITHIN_DEG
 from gazemeasure.turn.rivals import PlainGains
@@ -25,8 +25,6 @@ _KI = (0, 20, 80)
 _KD = (0, 40, 80, 120, 160, 240, 320, 480, 640)
 _CUTOFF = (8, 12)
 
-Floats = NDArray[np.float64]
-
 
 def tuned(profile: str) -> PlainGains:
     """The best gains for `profile`."""
@@ -36,7 +34,7 @@ def tuned(profile: str) -> PlainGains:
     return gains[int(costs.argmin())]
 
 
-def _costs(profile: str, gains: list[PlainGains], angles: Floats) -> Floats:
+def _costs(profile: str, gains: list[PlainGains], angles: FloatArray) -> FloatArray:
     axis = undisturbed(profile).turn
     kp, ki, kd, cutoff = (
         np.array([[getattr(g, name)] for g in gains]) / 16
@@ -76,7 +74,7 @@ def _costs(profile: str, gains: list[PlainGains], angles: Floats) -> Floats:
         now = step * _STEP_S
         since = np.where(good, np.minimum(since, now), np.inf)
         settled = np.where(now - since >= FOR_MS / 1000, np.minimum(settled, since), settled)
-    costs: Floats = (settled + (over > WITHIN_DEG)).mean(axis=1)
+    costs: FloatArray = (settled + (over > WITHIN_DEG)).mean(axis=1)
     return costs
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazechair.commissioning.tune import model
-from gazechair.commissioning.tune.descent import Bounds, Floats
+from gazechair.commissioning.tune.descent import Bounds
 from gazechair.commissioning.tune.numbers import TurnNumbers
 
 # column: (spread around the profile's prior, lowest, highest)
@@ -44,7 +45,7 @@ def bounds(pulses: int) -> Bounds:
     return Bounds(low=rows[:, 1], high=rows[:, 2], size=rows[:, 0])
 
 
-def unknowns(n: TurnNumbers, pulses: int) -> Floats:
+def unknowns(n: TurnNumbers, pulses: int) -> FloatArray:
     """The prior means for such a chair; zero for casters, slope and pulses."""
     left, right, lag, accelerate, brake = np.log(
         [n.left_dps, n.right_dps, n.lag_s, n.accelerate_dps2, n.brake_dps2]
@@ -57,7 +58,7 @@ def unknowns(n: TurnNumbers, pulses: int) -> Floats:
     return out
 
 
-def numbers(u: Floats) -> TurnNumbers:
+def numbers(u: FloatArray) -> TurnNumbers:
     """The chair that these unknowns describe."""
     left, right, lag, accelerate, brake = np.exp(
         u[[model.LEFT, model.RIGHT, model.LAG, model.ACCELERATE, model.BRAKE]]

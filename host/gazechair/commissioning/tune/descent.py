@@ -11,9 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from gazechair.base.arrays import FloatArray
 
 _HUBER = 2.0  # residuals beyond this count linearly
 _DAMPING = 100.0
@@ -27,23 +26,23 @@ class Valley:
     """Where a descent ended."""
 
     cost: float
-    at: Floats
-    covariance: Floats
+    at: FloatArray
+    covariance: FloatArray
 
 
 @dataclass(frozen=True)
 class Bounds:
     """Limits of the unknowns, and the natural size of each."""
 
-    low: Floats
-    high: Floats
-    size: Floats
+    low: FloatArray
+    high: FloatArray
+    size: FloatArray
 
-    def clipped(self, at: Floats) -> Floats:
+    def clipped(self, at: FloatArray) -> FloatArray:
         """The nearest point within."""
         return np.clip(at, self.low, self.high)
 
-    def step(self, at: Floats, squares: Floats, down: Floats) -> Floats:
+    def step(self, at: FloatArray, squares: FloatArray, down: FloatArray) -> FloatArray:
         """The point after the step that solves `squares` x step = `down`; unknowns that would leave
         the bounds stay on them, and the others are solved given that."""
         to = at.copy()
@@ -59,11 +58,11 @@ class Bounds:
         return to
 
 
-Look = Callable[[Floats], tuple[Floats, Floats]]
+Look = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """The residuals at a point and their Jacobian."""
 
 
-def descend(look: Look, data: int, start: Floats, bounds: Bounds, rounds: int) -> Valley:
+def descend(look: Look, data: int, start: FloatArray, bounds: Bounds, rounds: int) -> Valley:
     """The minimum below `start`, after at most `rounds` steps. The first `data` residuals are
     data, which may contain outliers; the others always count in full."""
     at = bounds.clipped(start)
@@ -91,7 +90,7 @@ def descend(look: Look, data: int, start: Floats, bounds: Bounds, rounds: int) -
     return Valley(cost, at, np.asarray(np.linalg.inv(squares)))
 
 
-def _weighed(residual: Floats, data: int) -> tuple[float, Floats]:
+def _weighed(residual: FloatArray, data: int) -> tuple[float, FloatArray]:
     size = np.abs(residual)
     weights = np.minimum(1.0, _HUBER / np.maximum(size, 1e-9))
     weights[data:] = 1.0

@@ -11,13 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import FloatArray
 from gazechair.commissioning.tune import TuneError
 from gazechair.commissioning.tune.descent import Bounds, descend
 from gazelink.settings_table import TABLE, index_of, profile_row
-
-Floats = NDArray[np.float64]
 
 STEP_M = 0.5
 """Length of a step forward once tuned."""
@@ -41,12 +39,12 @@ _HIGH = np.array((math.log(2.0), 0.3, 0.4, math.log(0.8), math.log(3.0), math.lo
 class ForwardRecording:
     """A straight press and the chair's response, until it rested again."""
 
-    time_s: Floats
+    time_s: FloatArray
     """Of the outputs; each lasts until the next."""
-    share: Floats
+    share: FloatArray
     """Of full deflection, forward positive."""
-    measured_s: Floats
-    way_m: Floats
+    measured_s: FloatArray
+    way_m: FloatArray
     """Distance driven at `measured_s`, from any point before the press."""
 
     @classmethod
@@ -80,11 +78,11 @@ class ForwardNumbers:
     accelerate_m_s2: float
     brake_m_s2: float
 
-    def ways(self, share: Floats) -> Floats:
+    def ways(self, share: FloatArray) -> FloatArray:
         """Distance after each step of `_DT_S` with outputs `share`, starting at rest."""
         return np.asarray(_ways(self._row()[None, :], share)[0])
 
-    def _row(self) -> Floats:
+    def _row(self) -> FloatArray:
         sizes = np.log((self.full_m_s, self.lag_s, self.accelerate_m_s2, self.brake_m_s2))
         return np.array((sizes[0], self.deadband, self.dead_time_s, *sizes[1:]))
 
@@ -131,14 +129,14 @@ class ForwardNumbers:
         return float(self.ways(step_shares(permille, ramp_ms, step_ms))[-1])
 
 
-def step_shares(permille: int, ramp_ms: int, step_ms: int) -> Floats:
+def step_shares(permille: int, ramp_ms: int, step_ms: int) -> FloatArray:
     """The board's outputs during a step forward, until the chair rests."""
     ms = np.arange(0, step_ms, round(1000 * _DT_S)) + 5
     ramped = np.minimum(1.0, np.minimum(ms, step_ms + 1 - ms) / max(1, ramp_ms))
     return np.concatenate((permille / 1000.0 * ramped, np.zeros(round(3.0 / _DT_S))))
 
 
-def _ways(rows: Floats, share: Floats) -> Floats:
+def _ways(rows: FloatArray, share: FloatArray) -> FloatArray:
     """Distances for several sets of unknowns (one row each): sets x steps."""
     full, lag, up, down = (np.exp(rows[:, at]) for at in (_FULL, _LAG, _ACCELERATE, _BRAKE))
     band = rows[:, _DEADBAND, None]
@@ -164,10 +162,10 @@ def _ways(rows: Floats, share: Floats) -> Floats:
 class _Laid:
     """A recording resampled to the steps of the model."""
 
-    share: Floats
-    at: Floats
+    share: FloatArray
+    at: FloatArray
     """Seconds since the first step, of each measured position."""
-    way_m: Floats
+    way_m: FloatArray
 
     @classmethod
     def of(cls, recording: ForwardRecording) -> _Laid:
@@ -188,7 +186,7 @@ def identify(recordings: Sequence[ForwardRecording]) -> ForwardNumbers:
     if max(float(one.way_m[-1]) for one in laid) < _LEAST_M:
         raise TuneError("the chair hardly drove; is there free space ahead, is its profile slow?")
 
-    def residuals(rows: Floats) -> Floats:
+    def residuals(rows: FloatArray) -> FloatArray:
         found = []
         for one in laid:
             ways = _ways(rows, one.share)
@@ -198,7 +196,7 @@ def identify(recordings: Sequence[ForwardRecording]) -> ForwardNumbers:
         beliefs = (rows - _USUAL) / _SPREAD
         return np.concatenate((*found, beliefs), axis=1)
 
-    def look(at: Floats) -> tuple[Floats, Floats]:
+    def look(at: FloatArray) -> tuple[FloatArray, FloatArray]:
         size = 1e-4
         seen = residuals(np.concatenate((at[None, :], at + size * np.eye(len(at)))))
         return seen[0], (seen[1:] - seen[0]).T / size

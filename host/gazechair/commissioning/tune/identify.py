@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gazechair.base.arrays import FloatArray
 from gazechair.commissioning.tune import beliefs, model
-from gazechair.commissioning.tune.descent import Floats, Valley, descend
+from gazechair.commissioning.tune.descent import Valley, descend
 from gazechair.commissioning.tune.model import Pulses
 from gazechair.commissioning.tune.numbers import TurnNumbers
 from gazechair.commissioning.tune.recording import Recording
@@ -63,7 +64,7 @@ def identify(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
     )
 
 
-def _deepest(centre: Floats, pulses: Pulses) -> Valley:
+def _deepest(centre: FloatArray, pulses: Pulses) -> Valley:
     tried = []
     for lie, caster in _STARTS:
         for brisk in (False, True):
@@ -83,7 +84,7 @@ def _thinned(p: Pulses) -> Pulses:
 
 
 def _valley_below(
-    start: Floats, centre: Floats, pulses: Pulses, noise_deg: float, rounds: int
+    start: FloatArray, centre: FloatArray, pulses: Pulses, noise_deg: float, rounds: int
 ) -> Valley:
     """The end of a descent from `start`; `centre`: the prior means of the unknowns."""
     many = len(pulses.seconds)
@@ -99,7 +100,7 @@ def _valley_below(
     nudges = _NUDGE * np.vstack([np.zeros(len(centre)), chair, further, late])
     of_pulse = np.concatenate([np.nonzero(known)[0], np.arange(many)])[:, None] == np.arange(many)
 
-    def look(at: Floats) -> tuple[Floats, Floats]:
+    def look(at: FloatArray) -> tuple[FloatArray, FloatArray]:
         headings = model.headings(at + nudges, pulses)[:, known] / noise_deg
         seen = np.hstack((headings, model.excess_dps(at + nudges, pulses) / _STUCK_DPS))
         slopes = ((seen[1:] - seen[0]) / _NUDGE).T

@@ -30,13 +30,10 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import BoolArray, FloatArray
 from gazechair.commissioning.tune.numbers import TurnNumbers
 from gazechair.commissioning.tune.recording import Recording
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # The columns of a set of unknowns of a chair; those of size and time as logarithms. SLOPE in
 # degrees/s, BEND in degrees/s per radian.
@@ -57,19 +54,19 @@ _STILL_DPS = 0.5  # below this, a released chair is stopped by its brakes, as in
 class Pulses:
     """Recordings as arrays: one row each, columns in time."""
 
-    deflection: Floats
+    deflection: FloatArray
     """Column: -1..1, left positive."""
-    full: Floats
+    full: FloatArray
     """Column: the deflection that gives the full speed to that side, without sign."""
-    seconds: Floats
+    seconds: FloatArray
     """Column: duration."""
-    time_s: Floats
+    time_s: FloatArray
     """Since the wiper moved; rows are padded with their last sample."""
-    heading_deg: Floats
+    heading_deg: FloatArray
     """Since then; nan where padded, and all of it when the chair stuck."""
-    turned: Flags
+    turned: BoolArray
     """Column: whether it turned the chair."""
-    away_rad: Floats
+    away_rad: FloatArray
     """Recorded heading since the first pulse: a slope's direction changes with it."""
 
     @classmethod
@@ -114,7 +111,7 @@ def readings(recordings: Sequence[Recording]) -> list[tuple[bool, ...]]:
     return list(product(*ways))
 
 
-def headings(unknowns: Floats, pulses: Pulses) -> Floats:
+def headings(unknowns: FloatArray, pulses: Pulses) -> FloatArray:
     """Heading of every sample for every row of `unknowns`: sets x pulses x samples, degrees.
 
     A row: the chair's unknowns (UNKNOWNS), then the share by which each pulse turned further, then
@@ -137,13 +134,13 @@ def headings(unknowns: Floats, pulses: Pulses) -> Floats:
     return sign * (gain * wheels + u[:, CASTER] * swung) + slid
 
 
-def of_pulses(unknowns: Floats) -> tuple[Floats, Floats]:
+def of_pulses(unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The fraction by which each pulse turned further, and its delay, s: sets x pulses x 1."""
     further, late_s = np.split(unknowns[:, UNKNOWNS:, None], 2, axis=1)
     return further, late_s
 
 
-def excess_dps(unknowns: Floats, pulses: Pulses) -> Floats:
+def excess_dps(unknowns: FloatArray, pulses: Pulses) -> FloatArray:
     """How far each pulse's ramp contradicts whether the chair turned: sets x pulses.
 
     0 where the ramp is below the breakaway speed and the chair stuck, or above and it turned.
@@ -154,18 +151,18 @@ def excess_dps(unknowns: Floats, pulses: Pulses) -> Floats:
     return np.maximum(0.0, np.where(pulses.turned, -above, above))[:, :, 0]
 
 
-def _full(u: Floats, pulses: Pulses) -> Floats:
+def _full(u: FloatArray, pulses: Pulses) -> FloatArray:
     return np.asarray(np.exp(np.where(pulses.deflection > 0, u[:, LEFT], u[:, RIGHT])))
 
 
-def _requested(u: Floats, pulses: Pulses) -> Floats:
+def _requested(u: FloatArray, pulses: Pulses) -> FloatArray:
     """The speed each pulse requests, without sign."""
     band = u[:, DEADBAND]
     share = np.clip((np.abs(pulses.deflection) - band) / (pulses.full - band), 0.0, 1.0)
     return np.asarray(_full(u, pulses) * share)
 
 
-def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
+def _wheels(u: FloatArray, pulses: Pulses, late_s: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The wheels' distance in the pulse's own direction, and how long they moved between each
     sample and the one before."""
     full, requested, friction = _full(u, pulses), _requested(u, pulses), u[:, FRICTION]
@@ -178,7 +175,7 @@ def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
     jump, up, down = less * (breaks - friction), less * up, less * down
     ramps = ((up, loose), (-up, rising), (-down, pulses.seconds), (down, zero))
 
-    def at(t: Floats) -> tuple[Floats, Floats]:
+    def at(t: FloatArray) -> tuple[FloatArray, FloatArray]:
         # A ramp turns slope * x**2 / 2 less lag times the rate that it has led to. What is left of
         # the lags, exp(-x / lag), differs by factors only: an exponential takes the longest.
         left = np.exp((pulses.seconds - t) / lag)
@@ -202,7 +199,7 @@ def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
     return way, np.clip(rate / _SLOW_DPS, 0.0, 1.0) * step_s
 
 
-def _casters(u: Floats, wheels: Floats, left: NDArray[np.bool_]) -> Floats:
+def _casters(u: FloatArray, wheels: FloatArray, left: BoolArray) -> FloatArray:
     """How far they have swung, as a fraction, in the direction of each pulse."""
     lie = u[:, LIE, :, 0]  # 0: as after turning right, 1: as after turning left; sets x 1
     part = wheels / np.exp(u[:, CASTER_WAY])

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from gazechair.base.arrays import FloatArray
 
 
 @dataclass(frozen=True)
@@ -41,9 +38,9 @@ class Recording:
     deflection: float
     """The wiper's actual deflection, -1..1, left positive."""
     pulse_s: float
-    time_s: Floats
+    time_s: FloatArray
     """Of the samples, since the wiper moved."""
-    heading_deg: Floats
+    heading_deg: FloatArray
     """Since then, degrees, left positive."""
     noise_deg: float
     """Standard deviation of the heading at rest before it."""

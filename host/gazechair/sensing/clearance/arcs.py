@@ -21,14 +21,11 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base.angles import half_turn_rad
-from gazechair.base.footprint import FloatArray, Footprint, Margins, distance_m, inside
+from gazechair.base.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from gazechair.base.footprint import Footprint, Margins, distance_m, inside
 from gazelink import arcs, codes
-
-Bytes = NDArray[np.uint8]
-Ints = NDArray[np.int64]
 
 _MOST_M = arcs.FAR * arcs.UNIT_MM / 1000.0
 _STEP_RAD = math.radians(1.0)
@@ -37,7 +34,7 @@ _BOTH_STEP_RAD = math.radians(4.0)
 _GRIDS_M = ((0.08, _MOST_M + 0.1), (0.03, 0.9), (0.01, 0.25))
 _BAND_CELL_M = 0.005  # within the margin, unless that is wide
 _FAR, _NO_WAY = 0, 1  # rows for points beyond all cells, and for no clearance
-_NONE: Ints = np.zeros(0, dtype=np.int64)
+_NONE: IntArray = np.zeros(0, dtype=np.int64)
 _OCTAGON = np.arange(8) * math.pi / 4.0
 
 
@@ -78,7 +75,7 @@ class ArcReach:
             rows = wanted[(wanted >= first) & (wanted < first + len(cells_m))]
             self._rows[rows] = self._table(cells_m[rows - first], size_m, margins)
 
-    def ways(self, points_m: FloatArray, contacts: FloatArray) -> Bytes:
+    def ways(self, points_m: FloatArray, contacts: FloatArray) -> ByteArray:
         """(N, arcs.SIZE) for (N, 2) points in the chair's frame; `contacts`: theirs, by Sweeps.
 
         A point within the bare outline (a hand, a bag) has only the clearances of single motions.
@@ -89,7 +86,9 @@ class ArcReach:
             found[within] = _alone(contacts[within])
         return found
 
-    def least(self, points_m: FloatArray, contacts: FloatArray, doubted: Ints = _NONE) -> Bytes:
+    def least(
+        self, points_m: FloatArray, contacts: FloatArray, doubted: IntArray = _NONE
+    ) -> ByteArray:
         """(arcs.SIZE,): the minimum over all points but those at `doubted`."""
         rows, within = self._find(points_m)
         if len(doubted):
@@ -100,7 +99,7 @@ class ArcReach:
             least = np.minimum(least, _alone(contacts[within]).min(axis=0))
         return np.asarray(least, dtype=np.uint8)
 
-    def _find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
+    def _find(self, points_m: FloatArray) -> tuple[IntArray, IntArray]:
         """The table row of each point, and the indices of those within the bare outline (_FAR)."""
         rows = np.zeros(len(points_m), dtype=np.int64)
         chosen, cells = self._grids[0].find(points_m.T)
@@ -125,7 +124,7 @@ class ArcReach:
         rows[within] = _FAR
         return rows, within
 
-    def _table(self, cells_m: FloatArray, cell_m: float, margins: Margins) -> Bytes:
+    def _table(self, cells_m: FloatArray, cell_m: float, margins: Margins) -> ByteArray:
         # A cell that the footprint reaches without any travel stays so: it is computed no further.
         found = np.zeros((len(cells_m), arcs.SIZE), dtype=np.float32)
         cells = np.concatenate((cells_m.T, np.ones((1, len(cells_m))))).astype(np.float32)
@@ -198,7 +197,7 @@ class _Grid:
         xs, ys = (self._low[k] + (np.arange(self._shape[k]) + 0.5) * self._cell_m for k in (0, 1))
         return np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=2).reshape(-1, 2)
 
-    def meets(self, fine: _Grid) -> NDArray[np.bool_]:
+    def meets(self, fine: _Grid) -> BoolArray:
         """Which of its cells may share a point with those of `fine`; rather too many."""
         size_m = [count * fine._cell_m + self._cell_m for count in fine._shape]
         beyond = np.array(fine._low) - self._cell_m
@@ -207,7 +206,7 @@ class _Grid:
             ((within >= 0.0) & (within <= np.array(size_m) + self._cell_m)).all(axis=1)
         )
 
-    def find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
+    def find(self, points_m: FloatArray) -> tuple[IntArray, IntArray]:
         """Indices of the (2, N) points in it, and the table row of each of them."""
         places = points_m - self._corner
         places *= 1.0 / self._cell_m
@@ -262,9 +261,7 @@ class _Part:
         )
         self._corners_m, self._grown_m = corners_m, grown_m
 
-    def ways(
-        self, cells: NDArray[np.float32], turn: float, reach: _Sector | _Slab
-    ) -> NDArray[np.float32]:
+    def ways(self, cells: Float32Array, turn: float, reach: _Sector | _Slab) -> Float32Array:
         """The travel after which it, turned by `turn`, can reach each cell, a column of x, y
         and 1; 0: none is needed."""
         angles = np.concatenate((self._angles + turn, reach.normals))
@@ -276,7 +273,7 @@ class _Part:
         # float32 is as fine as 1 um here; 1e-6 m of it must not count as beyond a side.
         sides = np.column_stack((normals, -(edge_m + 2e-6))) * scale[:, None]
         over = sides.astype(np.float32) @ cells
-        most: NDArray[np.float32] = np.maximum(over.max(axis=0), np.float32(0.0))
+        most: Float32Array = np.maximum(over.max(axis=0), np.float32(0.0))
         return most
 
 
@@ -292,13 +289,13 @@ def _parts(body: FloatArray, margins: Margins) -> Iterator[FloatArray]:
     yield from grown.parts[1:] if len(grown.parts) > 1 else grown.parts
 
 
-def _once(rows: Ints) -> Ints:
+def _once(rows: IntArray) -> IntArray:
     """`rows` without direct repeats: neighbouring points are often in the same cell."""
     changes = (rows[1:] != rows[:-1]).nonzero()[0]
     return np.concatenate((rows.take(changes), rows[-1:]))
 
 
-def _alone(contacts: FloatArray) -> Bytes:
+def _alone(contacts: FloatArray) -> ByteArray:
     found = np.zeros((len(contacts), arcs.SIZE), dtype=np.uint8)
     scale = 1000.0 / arcs.UNIT_MM
     units = np.minimum(contacts[:, :2] * scale, arcs.FAR).astype(np.uint8)

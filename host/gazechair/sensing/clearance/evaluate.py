@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from gazechair.base.arrays import ByteArray
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.config.settings import FootprintConfig
-from gazechair.sensing.clearance.arcs import Bytes
 from gazechair.sensing.clearance.reach import FREE, LidarReach, Reach
 from gazechair.sensing.clearance.view import SweepView
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
@@ -46,7 +46,7 @@ class Evaluator:
         self.zone: StopZone = UNKNOWN
         """The stop zone; any thread may replace it, which counts from the next call on."""
         self._steady = [0.0] * len(_PLAY)
-        self._steady_arcs: Bytes = np.zeros(arcs.SIZE, dtype=np.uint8)
+        self._steady_arcs: ByteArray = np.zeros(arcs.SIZE, dtype=np.uint8)
 
     def __call__(self, views: tuple[ChairView, ...]) -> dict[str, Any]:
         """Fields of board_commands.Clearance: clearances, blocked and unseen bits; JSON values.

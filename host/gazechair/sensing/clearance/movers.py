@@ -16,7 +16,7 @@ from collections import deque
 
 import numpy as np
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray
 from gazechair.sensing.clearance.degrees import BIN_RAD, BINS, bins_of
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 

@@ -10,10 +10,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import FloatArray, Footprint
-from gazechair.sensing.clearance.arcs import Bytes, arc_reach
+from gazechair.base.arrays import BoolArray, ByteArray, FloatArray, IntArray
+from gazechair.base.footprint import Footprint
+from gazechair.sensing.clearance.arcs import arc_reach
 from gazechair.sensing.clearance.movers import Movers
 from gazechair.sensing.clearance.standing import (
     AGAIN_M,
@@ -43,7 +43,7 @@ Reach = tuple[float, float, float, float]
 FREE: Reach = (math.inf, math.inf, math.inf, math.inf)
 _ROUNDING_M = 1e-9
 _ARC_RANGE_M = 4.5  # from a lidar: no farther point limits an arc
-NOTHING_NEAR: Bytes = np.full(arcs.SIZE, arcs.FAR, dtype=np.uint8)
+NOTHING_NEAR: ByteArray = np.full(arcs.SIZE, arcs.FAR, dtype=np.uint8)
 
 
 class LidarReach:
@@ -52,7 +52,7 @@ class LidarReach:
     def __init__(self, footprint: Footprint) -> None:
         self._sweeps = Sweeps(footprint)
         self._arcs = arc_reach(footprint)
-        self.arcs: Bytes = NOTHING_NEAR
+        self.arcs: ByteArray = NOTHING_NEAR
         """Of the newest view: how far the chair may travel while it turns, see gazelink.arcs."""
         across_m = np.concatenate(footprint.parts)[:, 1]
         self._across_m = (across_m.min(), across_m.max())
@@ -129,7 +129,7 @@ class LidarReach:
             self.arcs = np.minimum(self.arcs, self._arcs.least(coming, contacts))
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
 
-    def _bent(self, seen: Surfaces, doubted: NDArray[np.int64], straight_m: float) -> float:
+    def _bent(self, seen: Surfaces, doubted: IntArray, straight_m: float) -> float:
         # A bend no shorter than the straight way limits nothing.
         range_m = min(self._bend_m, max(0.0, straight_m - self._margin_m) + _ROUNDING_M)
         # These points are beside the body: the board's margin behind it is not needed as well.
@@ -140,7 +140,7 @@ class LidarReach:
         least = float(ways.min())
         return math.inf if least > self._bend_m else least
 
-    def _persons(self, seen: Surfaces) -> list[NDArray[np.int64]]:
+    def _persons(self, seen: Surfaces) -> list[IntArray]:
         # Only what is straight ahead: a door post beside the path is as wide as a leg.
         low_m, high_m = self._across_m
         across_m = seen.points_m[:, 1]
@@ -152,7 +152,7 @@ class LidarReach:
             and not any(goes_on(seen.points_m[thing], other) for other in self._others)
         ]
 
-    def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> Bytes:
+    def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> ByteArray:
         # As for straight motions, a single beam beyond the zone does not count yet.
         lone = (seen.lone & (seen.ranges_m < _ARC_RANGE_M)).nonzero()[0]
         doubted = lone[~self._arc_speckles.again(seen.points_m[lone], at_s)]
@@ -164,7 +164,7 @@ class LidarReach:
         return np.asarray(np.minimum(least, ways.min(axis=0)), dtype=np.uint8)
 
 
-def _is_askew(seen: Surfaces, thing: NDArray[np.int64]) -> bool:
+def _is_askew(seen: Surfaces, thing: IntArray) -> bool:
     """Whether a thing lies between a nearer and a farther beam, in line with both."""
     first, last = int(thing[0]), int(thing[-1])
     before, after = first - 1, (last + 1) % len(seen.points_m)
@@ -183,7 +183,7 @@ class _Speckles:
     def __init__(self) -> None:
         self._kept: list[tuple[float, FloatArray]] = []
 
-    def again(self, points: FloatArray, at_s: float) -> NDArray[np.bool_]:
+    def again(self, points: FloatArray, at_s: float) -> BoolArray:
         """Which of `points` had one near them a turn before; remembers `points`."""
         kept = [(s, p) for s, p in self._kept if 0.0 <= at_s - s <= _TURN_S[1]]
         self._kept = [*kept, (at_s, points)] if len(points) else kept

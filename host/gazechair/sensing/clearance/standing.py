@@ -14,9 +14,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray
+from gazechair.base.arrays import BoolArray, IntArray
 from gazechair.sensing.clearance.stood import AWAY_DEG, HIDDEN_S, LEAST_BEAMS, SAME_M
 from gazechair.sensing.clearance.surface import Surfaces
 from gazechair.sensing.clearance.zone import Stopping
@@ -73,7 +72,7 @@ class Approach:
         return reported + max(0.0, way_m - float(self._from_m[-1]))
 
 
-def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[NDArray[np.int64]]:
+def like_persons(seen: Surfaces, where: BoolArray | None = None) -> list[IntArray]:
     """For each object as wide as a person, the indices of its points.
 
     `where`: (N,), only objects with a point for which it is True; None: all.

@@ -8,9 +8,8 @@ degree about it.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.sensing.clearance.degrees import BINS, bins_of
 from gazechair.sensing.clearance.surface import Surfaces
 
@@ -39,7 +38,7 @@ class Stood:
         self._ranges_m = None
 
     def update(
-        self, seen: Surfaces, things: list[NDArray[np.int64]], turned_deg: float, at_s: float
+        self, seen: Surfaces, things: list[IntArray], turned_deg: float, at_s: float
     ) -> list[bool]:
         """For each of the `things` (indices of points): whether it has stood for CALM_S.
 
@@ -60,7 +59,7 @@ class Stood:
         return [bool(np.count_nonzero(late[thing]) < LEAST_BEAMS) for thing in things]
 
     def _compare(
-        self, bins: NDArray[np.int64], ranges_m: FloatArray, nearest_m: FloatArray, at_s: float
+        self, bins: IntArray, ranges_m: FloatArray, nearest_m: FloatArray, at_s: float
     ) -> BoolArray:
         # True for each point that has not stood where it is.
         assert self._ranges_m is not None

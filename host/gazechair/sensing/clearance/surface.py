@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray
 
 _NEIGHBOURS = 12  # beams to each side
 _WINDOW_RAD = 0.03  # and no farther than this

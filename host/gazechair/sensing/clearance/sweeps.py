@@ -15,10 +15,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base.angles import in_turn
-from gazechair.base.footprint import BoolArray, FloatArray, Footprint, distance_m, inside
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
+from gazechair.base.footprint import Footprint, distance_m, inside
 from gazelink import codes
 
 RANGE_M = 6.0
@@ -37,8 +37,6 @@ _PROBE_RAD = 0.01
 _DEEPER = 0.2  # share of the probe: sliding along the body is not deeper
 
 _BOTH = np.array((1.0, -1.0))[:, None, None]  # left and right
-
-Ints = NDArray[np.int64]
 
 
 class Sweeps:
@@ -145,7 +143,7 @@ class Sweeps:
             found[chosen] = self._footprint.contains(near) & ~inside(self._footprint.body, near)
         return found
 
-    def _boxed(self, points: FloatArray, more_m: float) -> Ints:
+    def _boxed(self, points: FloatArray, more_m: float) -> IntArray:
         """Which points are within the body's box grown by `more_m`."""
         x, y = points[:, 0], points[:, 1]
         boxed = (x > self._low[0] - more_m) & (x < self._high[0] + more_m)
@@ -244,7 +242,7 @@ def _facing(sides: FloatArray, dx: float, dy: float) -> BoolArray:
     return np.asarray(dx * (sides[:, 3] - sides[:, 1]) - dy * (sides[:, 2] - sides[:, 0]) < 0.0)
 
 
-def _pick(points: FloatArray, at: Ints) -> FloatArray:
+def _pick(points: FloatArray, at: IntArray) -> FloatArray:
     """The (M, 2) points at these indices; as all points here, stored as a row of x and one of y."""
     return points.T.take(at, axis=1).T
 
@@ -265,7 +263,7 @@ class _Paths:
         self._x, self._y = points[:, 0], points[:, 1]
         self._radius, self.own = np.hypot(self._x, self._y), np.arctan2(self._y, self._x)
 
-    def places(self, which: Ints, ways: FloatArray) -> FloatArray:
+    def places(self, which: IntArray, ways: FloatArray) -> FloatArray:
         """(M, 2): the places after `ways` (M,) along paths `which` (M,), ascending by motion."""
         count = len(self._x)
         moved = self._SIGNS.take(which // count) * ways

@@ -8,8 +8,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.footprint import FloatArray, Footprint, Margins, inside
-from gazechair.sensing.clearance.arcs import ArcReach, Bytes, corners_of
+from gazechair.base.arrays import ByteArray, FloatArray, IntArray
+from gazechair.base.footprint import Footprint, Margins, inside
+from gazechair.sensing.clearance.arcs import ArcReach, corners_of
 from gazechair.sensing.clearance.sweeps import Sweeps
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.blind import BINS, BLIND, SEEN
@@ -66,7 +67,7 @@ class SweepView:
 @lru_cache(maxsize=8)
 def _cells_round(
     corners: tuple[tuple[float, float], ...],
-) -> tuple[FloatArray, FloatArray, Bytes]:
+) -> tuple[FloatArray, FloatArray, ByteArray]:
     """The cells round an outline, their contacts by Sweeps, and the ways along arcs to them."""
     footprint = Footprint(corners, Margins(0.0, 0.0, 0.0))
     body = footprint.body
@@ -78,7 +79,7 @@ def _cells_round(
     return cells, contacts, ArcReach(footprint, cells).ways(cells, contacts)
 
 
-def _bins(swept_m: FloatArray, origins_m: Sequence[tuple[float, float]]) -> NDArray[np.int64]:
+def _bins(swept_m: FloatArray, origins_m: Sequence[tuple[float, float]]) -> IntArray:
     bins = np.empty((len(swept_m), len(origins_m)), dtype=np.int64)
     for at, origin in enumerate(origins_m):
         bearings = np.arctan2(swept_m[:, 1] - origin[1], swept_m[:, 0] - origin[0])
@@ -86,7 +87,7 @@ def _bins(swept_m: FloatArray, origins_m: Sequence[tuple[float, float]]) -> NDAr
     return np.unique(bins, axis=0)
 
 
-def _dark(sweeps: Sequence[NDArray[np.int64]], states: Sequence[States]) -> tuple[int, int]:
+def _dark(sweeps: Sequence[IntArray], states: Sequence[States]) -> tuple[int, int]:
     blind = unseen = 0
     for sweep, bins in enumerate(sweeps):
         dark = np.ones(len(bins), dtype=np.bool_)

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 
 _AROUND_M = 0.7  # examined of the wall, on both sides of the piece's middle
 _FLAT_M = 0.03

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.board.zone import BoardZone
 from gazelink import codes, zone
 

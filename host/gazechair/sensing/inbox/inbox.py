@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from gazechair.base import json_text
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.estimate import Estimate
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.config.settings import LidarConfig
 from gazechair.sensing.inbox.inbox import HalfTurn
 from gazechair.sensing.lidar.scan import Pose, in_arcs

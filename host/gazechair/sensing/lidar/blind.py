@@ -18,9 +18,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.sensing.lidar.nodes import FloatArray
+from gazechair.base.arrays import BoolArray, ByteArray, FloatArray, IntArray
 
 BINS = 360
 SEEN, BLIND, MASKED = 0, 1, 2
@@ -33,9 +32,6 @@ SUDDEN_DEG = 30
 SUDDEN_S = 0.15
 _MIN_SHARE = 0.25  # of a degree's measurements that must have a return
 _BORDER = 3  # degrees of a gap's border that are examined
-
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 class Blindness:
@@ -54,7 +50,7 @@ class Blindness:
         masked: BoolArray,
         at_s: float,
         nearest_m: Callable[[], FloatArray],
-    ) -> NDArray[np.uint8]:
+    ) -> ByteArray:
         """SEEN, BLIND or MASKED for each of the 360 bins.
 
         `nothing`, `at_window`, `hits`: per bin, the measurements outside the mask without return,

@@ -17,7 +17,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.sensing.lidar.nodes import FloatArray, Nodes, our_angle
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
+from gazechair.sensing.lidar.nodes import Nodes, our_angle
 
 CAPSULE_SIZE = 84
 POINTS = 40
@@ -44,7 +45,6 @@ _THREE = np.arange(3)[:, None]
 _SHARES = np.arange(POINTS) / POINTS  # of the angle from one capsule's start to the next one's
 
 Rows = NDArray[np.uint8]
-IntArray = NDArray[np.int64]
 
 
 class CapsuleDecoder:
@@ -172,7 +172,7 @@ class CapsuleDecoder:
 
     def _steps(
         self, starts_deg: FloatArray, places: IntArray, fits_before: bool
-    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+    ) -> tuple[FloatArray, BoolArray]:
         """Steps from each capsule to the next, degrees; and which capsules fit a neighbour (of the
         last one: the one before it)."""
         steps = (starts_deg[1:] - starts_deg[:-1]) % 360.0
@@ -192,7 +192,7 @@ class CapsuleDecoder:
 
     def _checked_steps(
         self, steps: FloatArray, places: IntArray, fits_before: bool
-    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+    ) -> tuple[FloatArray, BoolArray]:
         """As _steps, if a capsule does not fit or is missing."""
         apart = places[1:] - places[:-1]
         count = np.maximum(np.rint(apart / CAPSULE_SIZE), 1.0)
@@ -219,9 +219,7 @@ class CapsuleDecoder:
         self._misfits = 0
         self.step_deg += (middle_deg - self.step_deg) * (_FOLLOW if self.step_deg else 1.0)
 
-    def _looks_hit(
-        self, distances_m: FloatArray, starts_deg: FloatArray
-    ) -> NDArray[np.bool_] | None:
+    def _looks_hit(self, distances_m: FloatArray, starts_deg: FloatArray) -> BoolArray | None:
         """For every capsule but the last, True if its distances look damaged; None: no capsule.
 
         Signs are one high spike or two lower ones: single distances that stand out from both
@@ -250,7 +248,7 @@ class CapsuleDecoder:
         noise_m = np.partition(sizes[:-1].reshape(-1, POINTS), middle, axis=1)[:, middle]
         spikes = height > np.maximum(_SPIKE_M, _SPIKE_NOISE * noise_m)[:, None]
         counts = np.count_nonzero(spikes, axis=1)
-        hit: NDArray[np.bool_] = (counts >= 2) | ((counts == 1) & (height.max(axis=1) > _HIGH_M))
+        hit: BoolArray = (counts >= 2) | ((counts == 1) & (height.max(axis=1) > _HIGH_M))
         angles_deg = starts_deg[:-1, None] + self.step_deg * _SHARES
         degrees = angles_deg.astype(np.int64) % 360
         highest = degrees[np.arange(len(hit)), height.argmax(axis=1)]
@@ -269,22 +267,22 @@ def _middle(values: FloatArray) -> float:
     return float(np.partition(values, half)[half]) if len(values) else 0.0
 
 
-def _possible(steps_deg: FloatArray) -> NDArray[np.bool_]:
+def _possible(steps_deg: FloatArray) -> BoolArray:
     """True where a mirror can turn this far from one capsule to the next."""
-    possible: NDArray[np.bool_] = (steps_deg >= _STEP_DEG[0]) & (steps_deg <= _STEP_DEG[1])
+    possible: BoolArray = (steps_deg >= _STEP_DEG[0]) & (steps_deg <= _STEP_DEG[1])
     return possible
 
 
-def _heads(first: Rows, second: Rows) -> NDArray[np.bool_]:
+def _heads(first: Rows, second: Rows) -> BoolArray:
     """True where a capsule may begin: pairs of octets, as many as there are of `first`."""
     second = second[: len(first)]
-    heads: NDArray[np.bool_] = ((first & 0xF0) == 0xA0) & ((second & 0xF0) == 0x50)
+    heads: BoolArray = ((first & 0xF0) == 0xA0) & ((second & 0xF0) == 0x50)
     return heads
 
 
-def _checksum_fits(rows: Rows) -> NDArray[np.bool_]:
+def _checksum_fits(rows: Rows) -> BoolArray:
     checksum = np.bitwise_xor.reduce(rows[:, 2:], axis=1)
-    fits: NDArray[np.bool_] = ((rows[:, 0] & 0x0F) | ((rows[:, 1] & 0x0F) << 4)) == checksum
+    fits: BoolArray = ((rows[:, 0] & 0x0F) | ((rows[:, 1] & 0x0F) << 4)) == checksum
     return fits
 
 

@@ -10,7 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from gazechair.sensing.lidar.nodes import FloatArray, Nodes
+from gazechair.base.arrays import FloatArray
+from gazechair.sensing.lidar.nodes import Nodes
 
 _BINS = 360
 _QUARTER = 90

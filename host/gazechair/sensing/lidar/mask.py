@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gazechair.base.arrays import BoolArray, FloatArray
 from gazechair.base.footprint import distance_m, inside
 from gazechair.base.user_error import UserError
 from gazechair.sensing.lidar.blind import BINS, FAR_M, runs
-from gazechair.sensing.lidar.nodes import FloatArray
 from gazechair.sensing.lidar.scan import Arc, Pose, Scan
 
 LEAST_SCANS = 20
@@ -22,8 +21,6 @@ _STEADY_M = 0.05
 _OFTEN, _HARDLY = 0.5, 0.05  # shares of the turns
 _GROW_DEG, _MERGE_DEG = 1, 3
 _HALF = BINS // 2
-
-BoolArray = NDArray[np.bool_]
 
 
 class MaskError(UserError):

@@ -11,9 +11,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base.angles import in_turn, in_turn_if_near
+from gazechair.base.arrays import BoolArray, ByteArray, FloatArray, IntArray
 
 NODE_SIZE = 5
 # This many valid nodes in a row with a steadily turning angle prove the alignment. Nodes read one
@@ -25,8 +25,6 @@ _BACK_DEG = 1.0
 _JUMP_DEG = 8.0
 _STEP_DEG = 0.225  # from one node to the next, at 10 turns per second
 _MAX_PENDING = 1 << 16
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -41,8 +39,8 @@ class Nodes:
 
     angles_deg: FloatArray
     distances_m: FloatArray
-    starts: NDArray[np.bool_]
-    backlog: NDArray[np.int64]
+    starts: BoolArray
+    backlog: IntArray
 
     def __len__(self) -> int:
         return len(self.angles_deg)
@@ -78,7 +76,7 @@ class NodeDecoder:
             self.dropped += len(buf) - _MAX_PENDING
             buf = buf[-_MAX_PENDING:]
             self._searching = True
-        pieces: list[NDArray[np.uint8]] = []
+        pieces: list[ByteArray] = []
         at = 0
         while True:
             if self._searching:
@@ -106,7 +104,7 @@ class NodeDecoder:
         self._pending = buf[at:]
         return self._nodes(np.concatenate(pieces)) if pieces else self._nodes(_rows(b"", 0))
 
-    def _nodes(self, rows: NDArray[np.uint8]) -> Nodes:
+    def _nodes(self, rows: ByteArray) -> Nodes:
         raw_deg = _raw_deg(rows)
         wide = rows.astype(np.uint16)
         distances_m = (wide[:, 3] | (wide[:, 4] << 8)).astype(np.float64) / 4000.0
@@ -127,13 +125,13 @@ def our_angle(raw_deg: FloatArray) -> FloatArray:
     return in_turn_if_near(180.0 - raw_deg, 360.0) - 180.0
 
 
-def _rows(buf: bytes, at: int) -> NDArray[np.uint8]:
+def _rows(buf: bytes, at: int) -> ByteArray:
     count = max(0, len(buf) - at) // NODE_SIZE
     flat = np.frombuffer(buf, dtype=np.uint8, count=count * NODE_SIZE, offset=at if count else 0)
     return flat.reshape(-1, NODE_SIZE)
 
 
-def _raw_deg(rows: NDArray[np.uint8]) -> FloatArray:
+def _raw_deg(rows: ByteArray) -> FloatArray:
     wide = rows.astype(np.uint16)
     return ((wide[:, 1] >> 1) | (wide[:, 2] << 7)).astype(np.float64) / 64.0
 
@@ -143,7 +141,7 @@ def wrapped_steps(angles_deg: FloatArray) -> FloatArray:
     return in_turn(angles_deg[1:] - angles_deg[:-1] + 180.0, 360.0) - 180.0
 
 
-def _valid(rows: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def _valid(rows: ByteArray) -> BoolArray:
     flags = rows[:, 0]
     checked = ((flags ^ (flags >> 1)) & rows[:, 1] & 1).astype(np.bool_)
     # angle_q6 ends at 360 * 64 = 23040 = 0x5A00: the high byte of angle_q6 << 1 | 1 at 0xB4.
@@ -170,7 +168,7 @@ def _find_run(buf: bytes, at: int) -> int:
     return best
 
 
-def _plausible(raw_deg: FloatArray) -> NDArray[np.bool_]:
+def _plausible(raw_deg: FloatArray) -> BoolArray:
     """False for a node whose angle jumps away from both neighbours."""
     if len(raw_deg) < 3:
         return np.ones(len(raw_deg), dtype=np.bool_)

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base.angles import in_turn
+from gazechair.base.arrays import BoolArray, ByteArray, FloatArray
 from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, NEAREST_M, SEEN, Blindness
-from gazechair.sensing.lidar.nodes import FloatArray
 
 Arc = tuple[float, float]
 
@@ -89,7 +88,7 @@ class ChairView:
     """
 
     points_m: FloatArray
-    states: NDArray[np.uint8]
+    states: ByteArray
     origin_m: tuple[float, float]
     acquired_s: float
     source: int
@@ -176,7 +175,7 @@ def view_of(scan: Scan, placing: Placing, blindness: Blindness | None = None) ->
     return ChairView(points, states, origin_m, scan.acquired_s, scan.source, polar)
 
 
-def in_arcs(angles_deg: FloatArray, arcs: Sequence[Arc]) -> NDArray[np.bool_]:
+def in_arcs(angles_deg: FloatArray, arcs: Sequence[Arc]) -> BoolArray:
     """True where an angle is in one of `arcs`, ends included."""
     inside = np.zeros(len(angles_deg), dtype=np.bool_)
     for from_deg, to_deg in arcs:
@@ -185,7 +184,7 @@ def in_arcs(angles_deg: FloatArray, arcs: Sequence[Arc]) -> NDArray[np.bool_]:
 
 
 @lru_cache(maxsize=16)
-def _masked_bins(pose: Pose, mask: tuple[Arc, ...]) -> NDArray[np.bool_]:
+def _masked_bins(pose: Pose, mask: tuple[Arc, ...]) -> BoolArray:
     # A bin is masked when any part of it is: the rest is too little to judge.
     masked = np.zeros(BINS, dtype=np.bool_)
     for from_deg, to_deg in mask:

@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base import json_text
 from gazechair.base.angles import half_turn_deg
-from gazechair.sensing.lidar.nodes import FloatArray, Nodes, our_angle
+from gazechair.base.arrays import FloatArray, IntArray
+from gazechair.sensing.lidar.nodes import Nodes, our_angle
 
 _MAGIC = b"gazechair-scan 1\n"
 _RECORD = struct.Struct("<II")
@@ -133,7 +133,7 @@ class ScanReader:
         )
 
 
-def _differences(values: NDArray[np.int64], order: int) -> bytes:
+def _differences(values: IntArray, order: int) -> bytes:
     differences = np.diff(values, order, prepend=np.zeros(order, dtype=np.int64))
     return (differences % 65536).astype("<u2").tobytes()
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base.angles import in_turn_if_near
-from gazechair.sensing.lidar.nodes import FloatArray, Nodes, wrapped_steps
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
+from gazechair.sensing.lidar.nodes import Nodes, wrapped_steps
 from gazechair.sensing.lidar.scan import BINS, PLACED_ROWS, Placing, Scan
 from gazelink import codes
 
@@ -128,7 +128,7 @@ class _Turn:
     def __init__(self, nothing: _Nodes) -> None:
         self._nothing = nothing
         self.pieces: list[_Nodes] = []
-        self.by_bin: NDArray[np.int64] = np.zeros(BINS, dtype=np.int64)
+        self.by_bin: IntArray = np.zeros(BINS, dtype=np.int64)
         """How many nodes it has in each degree."""
         self._count = 0
         self._turned_deg: FloatArray | None = None  # of each node, by the lidar's own count
@@ -174,7 +174,7 @@ class _Turn:
         return self._turned_deg
 
 
-def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _Nodes) -> _Nodes:
+def _fill(newest: _Nodes, missing: BoolArray, before: _Nodes, oldest: _Nodes) -> _Nodes:
     """`newest`, with its missing degrees filled from the two views before it."""
     bins_before, bins_oldest = _bins(before), _bins(oldest)
     chosen = missing & (np.bincount(bins_before, minlength=BINS) > 0)
@@ -186,11 +186,11 @@ def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _N
     return _join(filled, obstacles)
 
 
-def _bins(nodes: _Nodes) -> NDArray[np.int64]:
+def _bins(nodes: _Nodes) -> IntArray:
     return np.asarray(np.minimum((nodes[_ANGLE] + 180.0).astype(np.int64), BINS - 1))
 
 
-def _pick(nodes: _Nodes, chosen: NDArray[np.bool_]) -> _Nodes:
+def _pick(nodes: _Nodes, chosen: BoolArray) -> _Nodes:
     """The chosen columns: a view if they are neighbours, as nearly always."""
     at = chosen.nonzero()[0]
     if len(at) and at[-1] - at[0] + 1 == len(at):

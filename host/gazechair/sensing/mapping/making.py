@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between, compose, rotation
 from gazechair.sensing.mapping.building.mapper import KEY_M, KEY_RAD, STEP_SIGMA_M, KeyScan, Mapper
 from gazechair.sensing.mapping.building.mirrors import without_mirrored

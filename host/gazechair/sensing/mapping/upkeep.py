@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base import json_text
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.base.state_folder import replace_file
 from gazechair.sensing.mapping.building.occupancy_grid import (
     Counts,
@@ -107,7 +107,7 @@ class Upkeep:
         self._firm = occupied & (grid.hits >= _FIRM * seen)
         shape = grid.hits.shape
         self._new, self._ends, self._passes = (np.zeros(shape, dtype=np.uint16) for _ in range(3))
-        self._recent: list[tuple[NDArray[np.int64], ...]] = []  # cells of each look
+        self._recent: list[tuple[IntArray, ...]] = []  # cells of each look
         self.too_much = False
         """So much differs that the map is not updated."""
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 
 CORRELATED = 2.0
 """Errors of neighbouring points are correlated: so many points count as one."""

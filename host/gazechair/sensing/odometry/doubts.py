@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.odometry.motion_check import MotionCheck
 from gazechair.sensing.odometry.seen import DIFFERS_DEG, MOVES_DEG_S, MOVES_M_S, Seen
 

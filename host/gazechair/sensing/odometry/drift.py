@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.odometry.doubts import is_corridor
 from gazechair.sensing.odometry.match import ERROR, OFFSET, Fit
 

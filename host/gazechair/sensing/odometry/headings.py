@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.reports import OLD_S, Reports
 

@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray, IntArray
 
 SIZE = 512  # cells along each side of the window
 _STRIDE = 64  # cells by which the window moves
@@ -21,8 +20,6 @@ _FULL = 20  # points at which a cell is frozen, so that it cannot drift
 _APART_S = 0.25
 _BEGINS_S = 0.25  # surfaces seen during this time count at once
 _LAYERS = 4
-
-Ints = NDArray[np.int64]
 
 
 class LocalMap:
@@ -69,7 +66,7 @@ class LocalMap:
         self._last_s.reshape(shape)[where] = -np.inf
         self._first_s.reshape(shape)[where] = -np.inf
 
-    def look_up(self, points_m: FloatArray, layers: Ints) -> tuple[FloatArray, FloatArray]:
+    def look_up(self, points_m: FloatArray, layers: IntArray) -> tuple[FloatArray, FloatArray]:
         """(N, 6) moments of each point's cell, and the cells' centres; zeros: nothing known."""
         column = np.floor(points_m * (1.0 / self._cell_m)).astype(np.int64)
         index = (layers * SIZE + column[:, 0] % SIZE) * SIZE + column[:, 1] % SIZE
@@ -77,7 +74,7 @@ class LocalMap:
         moments[(self._seen[index] < 2) | (self._first_s[index] < self._since_s)] = 0.0
         return moments, np.asarray((column + 0.5) * self._cell_m, dtype=np.float64)
 
-    def insert(self, points_m: FloatArray, layers: Ints, now_s: float) -> None:
+    def insert(self, points_m: FloatArray, layers: IntArray, now_s: float) -> None:
         """Add points, each to the nine cells whose squares it is in or beside."""
         column = np.floor(points_m * (1.0 / self._cell_m)).astype(np.int64)
         if self._start_s is None:
@@ -107,7 +104,7 @@ class LocalMap:
 _AROUND = np.stack(np.meshgrid((-1, 0, 1), (-1, 0, 1)), axis=2).reshape(-1, 2)
 
 
-def layers_of(normals: FloatArray) -> Ints:
+def layers_of(normals: FloatArray) -> IntArray:
     """The layer of surfaces that look towards `normals`."""
     flat = np.abs(normals[:, 0]) >= np.abs(normals[:, 1])
     return np.where(flat, (normals[:, 0] > 0.0).astype(np.int64), 2 + (normals[:, 1] > 0.0))

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import compose
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.inbox.pieces import Piece

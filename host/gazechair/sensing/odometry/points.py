@@ -7,7 +7,7 @@ from collections.abc import MutableSequence
 import numpy as np
 
 from gazechair.base.angles import half_turn_deg
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray
 from gazechair.sensing.inbox.pieces import Piece
 
 _PER_TURN = 720  # points a turn, at most: neighbours are averaged to about as many

@@ -10,7 +10,7 @@ from itertools import takewhile
 import numpy as np
 
 from gazechair.base.angles import half_turn_deg
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry.heading_steps import HeadingSteps
 from gazechair.sensing.odometry.seen import Outputs

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 
 MOVES_M_S, MOVES_DEG_S = 0.06, 6.0
 """Slower, it may as well stand."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gazechair.base.angles import half_turn_rad
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import compose
 from gazechair.sensing.inbox.pieces import Piece
 

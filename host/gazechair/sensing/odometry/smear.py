@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.odometry.apart import LEAST, Constraints
 from gazechair.sensing.odometry.match import ERROR, FORWARD, Fit
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from gazechair.base.angles import half_turn_rad
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray
 
 _BINS = 90  # of half a turn
 _MAIN_RAD = math.radians(4.0)  # around the fullest bins: they give the direction

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.odometry.apart import WholeTurn
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import FORWARD, OFFSET, Fit, fit

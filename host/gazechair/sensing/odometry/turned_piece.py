@@ -10,7 +10,7 @@ from collections import deque
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.odometry.local_map import LocalMap
 from gazechair.sensing.odometry.match import lie_on
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gazechair.commissioning.tune.descent import Bounds, Floats, descend
+from gazechair.base.arrays import FloatArray
+from gazechair.commissioning.tune.descent import Bounds, descend
 
 WIDE = Bounds(np.full(2, -100.0), np.full(2, 100.0), np.ones(2))
 
 
-def banana(at: Floats) -> tuple[Floats, Floats]:
+def banana(at: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Rosenbrock's valley, lowest at (1, 1)."""
     x, y = at
     residual = np.array([10.0 * (y - x * x), 1.0 - x])
@@ -40,7 +41,7 @@ def test_a_step_that_would_leave_the_bounds_is_the_best_one_within() -> None:
 def test_wrong_data_pull_little_and_beliefs_in_full() -> None:
     wanted = np.array([1.0, 1.1, 0.9, 1.0, 50.0])
 
-    def look(at: Floats) -> tuple[Floats, Floats]:
+    def look(at: FloatArray) -> tuple[FloatArray, FloatArray]:
         return np.append(at[0] - wanted, at[0]), np.ones((6, 1))
 
     one = Bounds(np.array([-100.0]), np.array([100.0]), np.ones(1))
@@ -53,7 +54,7 @@ def test_wrong_data_pull_little_and_beliefs_in_full() -> None:
 
 def test_an_unknown_that_hardly_matters_here_does_not_take_the_step() -> None:
     # Its slope is nothing where it starts, and steep a little further: the end of a half cosine.
-    def look(at: Floats) -> tuple[Floats, Floats]:
+    def look(at: FloatArray) -> tuple[FloatArray, FloatArray]:
         x, share = at
         swing = 0.5 * (1.0 - np.cos(np.pi * share))
         residual = np.array([300.0 * (x - 1.0), 200.0 * (x + swing - 1.001)])

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between, compose, rotation
 from gazechair.sensing.mapping.building.pose_graph import Edge
 from gazechair.sensing.mapping.matching import ndt

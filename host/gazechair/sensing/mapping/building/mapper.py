@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between, compose, from_frame, to_frame
 from gazechair.sensing.mapping.building.loops import RANGE_M, agree, agreeing, match
 from gazechair.sensing.mapping.building.pose_graph import Edge, optimized

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.base.poses import to_frame
 from gazechair.sensing.mapping.building.mapper import KeyScan
 
@@ -77,7 +77,7 @@ class OccupancyGrid:
         return np.asarray((np.argwhere(self.occupied) + 0.5) * self.cell_m + self.low_m)
 
 
-def marked(mask: BoolArray, cells: NDArray[np.int64]) -> BoolArray:
+def marked(mask: BoolArray, cells: IntArray) -> BoolArray:
     """(N,): which of `cells` (N, 2) lie within the mask, and are set in it."""
     inside = np.asarray(((cells >= 0) & (cells < mask.shape)).all(axis=1))
     i, j = np.where(inside[:, None], cells, 0).T
@@ -132,7 +132,7 @@ def _in_map(key: KeyScan) -> Beams:
     return to_frame(key.origins_m[near], key.pose), to_frame(key.points_m[near], key.pose)
 
 
-def _passed(start: FloatArray, end: FloatArray, depth: int, cell_m: float) -> NDArray[np.int64]:
+def _passed(start: FloatArray, end: FloatArray, depth: int, cell_m: float) -> IntArray:
     """Indices of the cells whose middle a beam passes; start and end in cells."""
     every = max(1, len(start) // _BEAMS)
     _, at = along_beams(start[::every], end[::every], _SHORT_M / cell_m)
@@ -140,9 +140,7 @@ def _passed(start: FloatArray, end: FloatArray, depth: int, cell_m: float) -> ND
     return np.asarray(found[:, 0] * depth + found[:, 1])
 
 
-def along_beams(
-    start: FloatArray, end: FloatArray, short: float
-) -> tuple[NDArray[np.int64], FloatArray]:
+def along_beams(start: FloatArray, end: FloatArray, short: float) -> tuple[IntArray, FloatArray]:
     """Half a cell apart, places (M, 2) on the beams, and the beam (M,) of each; all in cells.
 
     They end `short` before the beam does.
@@ -155,7 +153,7 @@ def along_beams(
     return beam, at
 
 
-def through_middle(at: FloatArray) -> NDArray[np.int64]:
+def through_middle(at: FloatArray) -> IntArray:
     """Cells (K, 2) of the places near a cell's middle: beams that only cut a corner are ignored."""
     cells = np.floor(at)
     middle = (np.abs(at - cells - 0.5) < _MIDDLE).all(axis=1)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 
 _ITERATIONS = 15
 # Standard deviations beyond which a loop's force stops growing: a wrong loop must not bend the map.

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray
 from gazechair.sensing.mapping.locating.map_match import Agreement, MapMatch
 from gazechair.sensing.mapping.locating.recent_looks import CELL_M, Settled
 from gazechair.sensing.mapping.matching import ndt
@@ -29,9 +29,10 @@ _FAR_M, _FAR_AGREED = 2.0, 0.7
 # Required lead over every other pose: metres, plus a share of what it does not explain.
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
 # Where an unmapped place of the same kind is no likely explanation: much agrees, and of what is far
-# almost all; or most, little is contradicted, and it leads its mirror image.
+# almost all; or little is contradicted, very little where less of what is far agrees, and it leads
+# its mirror image.
 _AMPLE_M, _AMPLE_FAR = 14.0, 0.95
-_CLEAR_FAR, _CLEAR_AGAINST = 0.8, 0.125
+_CLEAR_FAR, _CLEAR_AGAINST, _CLEAR_AGAINST_FAR = 0.8, 0.125, 0.05
 
 
 @dataclass(frozen=True)
@@ -101,9 +102,10 @@ class Candidate:
         """
         if self.agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
             return True
-        if self.against_m > _CLEAR_AGAINST * self.agreement.agreed_m:
+        against = _CLEAR_AGAINST if self.far_agreed >= _CLEAR_FAR else _CLEAR_AGAINST_FAR
+        if self.against_m > against * self.agreement.agreed_m:
             return False
-        return self.far_agreed >= _CLEAR_FAR and self.leads_all(images(self))
+        return self.leads_all(images(self))
 
 
 def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:

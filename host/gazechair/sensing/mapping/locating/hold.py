@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between
 
 _SIGMAS = np.array((0.005, 0.005, math.radians(0.1)))

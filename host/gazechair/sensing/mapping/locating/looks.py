@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between
 from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.mapping.locating.map_match import Look, together

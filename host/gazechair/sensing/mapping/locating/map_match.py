@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray
 from gazechair.base.poses import from_frame, to_frame
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, marked
 from gazechair.sensing.mapping.locating.recent_looks import CELL_M, Settled

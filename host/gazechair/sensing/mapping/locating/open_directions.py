@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.sensing.mapping.locating.pose_information import PoseInformation
 
 _PLACED_M = 0.03  # deviation of a pose that is set

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import rotation
 from gazechair.sensing.mapping.locating.map_match import Look
 from gazechair.sensing.mapping.matching.ndt import NdtGrid

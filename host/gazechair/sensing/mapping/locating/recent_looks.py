@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.sensing.mapping.building.occupancy_grid import marked
-from gazechair.sensing.mapping.matching.likelihood_field import Ints
 
 CELL_M = 0.05
 _LOOKS = 20  # kept
@@ -37,7 +36,7 @@ class Settled:
     surfaces_m: FloatArray
     """(N, 2): cells of CELL_M with something static."""
     _free: BoolArray
-    _low: Ints
+    _low: IntArray
 
     def is_free(self, places_m: FloatArray) -> BoolArray:
         """(N,): whether beams went through there, and nothing was seen near it."""
@@ -54,7 +53,9 @@ class RecentLooks:
     """Feed it looks, in odometry's frame."""
 
     def __init__(self) -> None:
-        self._looks: list[tuple[Ints, Ints]] = []  # cells where beams ended, and went through
+        self._looks: list[
+            tuple[IntArray, IntArray]
+        ] = []  # cells where beams ended, and went through
 
     def add(self, starts_m: FloatArray, ends_m: FloatArray, stood_m: FloatArray) -> None:
         """A look's beams, (N, 2) each, and where the chair stood, (2,) or more."""
@@ -111,16 +112,16 @@ def _stood(at_m: FloatArray) -> FloatArray:
     return np.asarray((at_m[:2] + disc[np.hypot(*disc.T) < _STOOD_M]) / CELL_M)
 
 
-def _counted(looks: list[Ints]) -> tuple[Ints, Ints]:
+def _counted(looks: list[IntArray]) -> tuple[IntArray, IntArray]:
     found, counts = np.unique(np.concatenate(looks), return_counts=True)
     return found, counts
 
 
-def _numbers(places: FloatArray) -> Ints:
+def _numbers(places: FloatArray) -> IntArray:
     """One number for each cell, of places in cells."""
     cells = np.floor(places).astype(np.int64)
     return np.asarray((cells[:, 0] + _SHIFT) * (2 * _SHIFT) + cells[:, 1] + _SHIFT)
 
 
-def _cells(numbers: Ints) -> Ints:
+def _cells(numbers: IntArray) -> IntArray:
     return np.stack((numbers // (2 * _SHIFT) - _SHIFT, numbers % (2 * _SHIFT) - _SHIFT), axis=1)

@@ -11,9 +11,8 @@ import math
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.base.poses import between, compose, rotation
 from gazechair.sensing.mapping.building.occupancy_grid import CELL_M
 from gazechair.sensing.mapping.matching import ndt
@@ -134,7 +133,7 @@ def disagreement(
     return np.asarray((count - 1) / count * moved.T @ moved)
 
 
-def _surfaces(at_m: FloatArray, across_x: BoolArray) -> NDArray[np.int64]:
+def _surfaces(at_m: FloatArray, across_x: BoolArray) -> IntArray:
     """(N,): which surface each point is on, counted from 0."""
     across = np.where(across_x, at_m[:, 0], at_m[:, 1])
     along = np.where(across_x, at_m[:, 1], at_m[:, 0])

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.angles import half_turn_rad
-from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.matching.likelihood_field import Ints, LikelihoodField
+from gazechair.base.arrays import FloatArray, IntArray
+from gazechair.sensing.mapping.matching.likelihood_field import LikelihoodField
 
 _LOOKUPS_AT_ONCE = 60_000  # what fits into a processor's cache
 _DEPTH_FIRST = 24  # blocks followed down first, so that there is a score to beat
@@ -36,7 +36,7 @@ class Candidate:
 class _Window:
     """The scan at every heading, its origin at the window's corner, on the field around it."""
 
-    def __init__(self, field: LikelihoodField, base: Ints, spans: Ints) -> None:
+    def __init__(self, field: LikelihoodField, base: IntArray, spans: IntArray) -> None:
         """`base` (headings, points, 2): cells; `spans` (2,): the window's shifts."""
         self.spans = spans
         low, high = base.min(axis=(0, 1)), base.max(axis=(0, 1)) + spans
@@ -45,7 +45,7 @@ class _Window:
         self._row = parts[0].shape[1]
         self._base = (base[..., 0] - low[0]) * self._row + base[..., 1] - low[1]
 
-    def bounds(self, level: int, blocks: Ints) -> FloatArray:
+    def bounds(self, level: int, blocks: IntArray) -> FloatArray:
         """Upper bounds of the scores of all shifts within each block (heading, shifts)."""
         found = np.empty(len(blocks))
         shifts = blocks[:, 1] * self._row + blocks[:, 2]
@@ -83,7 +83,7 @@ def search(
     top = len(field.levels) - 1
     steps = [np.arange(0, span, 1 << top) for span in spans]
     grid = np.meshgrid(np.arange(len(headings_rad)), *steps, indexing="ij")
-    blocks: Ints = np.stack(grid, axis=-1).reshape(-1, 3)
+    blocks: IntArray = np.stack(grid, axis=-1).reshape(-1, 3)
     bounds = window.bounds(top, blocks)
     keep = bounds >= least
     blocks, bounds = blocks[keep], bounds[keep]
@@ -109,7 +109,7 @@ def _turned(points_m: FloatArray, headings_rad: FloatArray) -> FloatArray:
     return np.stack((c * x - s * y, s * x + c * y), axis=-1)
 
 
-def _depth_first(window: _Window, top: int, blocks: Ints, bounds: FloatArray) -> float:
+def _depth_first(window: _Window, top: int, blocks: IntArray, bounds: FloatArray) -> float:
     # Follow a few blocks down to single shifts: a lower bound of the best score.
     for level in range(top - 1, -1, -1):
         blocks = _divided(blocks, 1 << level, window.spans)
@@ -119,9 +119,11 @@ def _depth_first(window: _Window, top: int, blocks: Ints, bounds: FloatArray) ->
     return float(bounds.max())
 
 
-def _better(window: _Window, level: int, blocks: Ints, enough: float) -> tuple[Ints, FloatArray]:
+def _better(
+    window: _Window, level: int, blocks: IntArray, enough: float
+) -> tuple[IntArray, FloatArray]:
     """The blocks' parts that are good enough, and their bounds."""
-    found: list[Ints] = [blocks[:0]]
+    found: list[IntArray] = [blocks[:0]]
     scores: list[FloatArray] = [np.zeros(0)]
     count = 0
     for at in range(0, len(blocks), _PIECE):
@@ -136,7 +138,7 @@ def _better(window: _Window, level: int, blocks: Ints, enough: float) -> tuple[I
     return np.concatenate(found), np.concatenate(scores)
 
 
-def _divided(blocks: Ints, half: int, spans: Ints) -> Ints:
+def _divided(blocks: IntArray, half: int, spans: IntArray) -> IntArray:
     corners = np.array([(0, 0, 0), (0, half, 0), (0, 0, half), (0, half, half)])
     parts = (blocks[:, None, :] + corners).reshape(-1, 3)
     return np.asarray(parts[(parts[:, 1] < spans[0]) & (parts[:, 2] < spans[1])])

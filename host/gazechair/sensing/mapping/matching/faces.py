@@ -6,9 +6,8 @@ A cell belongs to the face whose free floor is nearest along its row or its colu
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 
 SIDES = 4  # free floor towards -x, +x, -y, +y
 _REACH_M = 0.078  # depth of a wall's face: range noise widens a wall seen from one side
@@ -23,7 +22,7 @@ def faces_of(occupied: BoolArray, free: BoolArray, cell_m: float) -> BoolArray:
     return np.asarray((apart <= reach) & (apart == nearest))
 
 
-def sides_of(towards: FloatArray) -> NDArray[np.int64]:
+def sides_of(towards: FloatArray) -> IntArray:
     """(N, 2): the two sides from which a viewer in direction `towards` (N, 2) may see a surface."""
     return np.asarray((towards > 0.0) + np.array((0, 2)))
 
@@ -31,9 +30,7 @@ def sides_of(towards: FloatArray) -> NDArray[np.int64]:
 _STEPS = ((0, -1), (0, 1), (1, -1), (1, 1))
 
 
-def _apart(
-    free: BoolArray, at: NDArray[np.int64], axis: int, sign: int, reach: int
-) -> NDArray[np.int64]:
+def _apart(free: BoolArray, at: IntArray, axis: int, sign: int, reach: int) -> IntArray:
     """How many cells away the first free one is; reach + 1: none within reach."""
     padded = np.pad(free, reach)
     apart = np.full(len(at), reach + 1)

@@ -10,12 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import FloatArray
-
-Ints = NDArray[np.int64]
-Floats32 = NDArray[np.float32]
+from gazechair.base.arrays import Float32Array, FloatArray, IntArray
 
 _REACH_SIGMAS = 3.0
 
@@ -42,11 +38,11 @@ class LikelihoodField:
         """The corner opposite to `low_m`."""
         return np.asarray(self.low_m + np.array(self.levels[0].shape) * self.cell_m)
 
-    def cells(self, points_m: FloatArray) -> Ints:
+    def cells(self, points_m: FloatArray) -> IntArray:
         """The cells (..., 2) of points (..., 2); may lie outside."""
         return np.floor((points_m - self.low_m) / self.cell_m).astype(np.int64)
 
-    def at(self, level: int, cells: Ints) -> Floats32:
+    def at(self, level: int, cells: IntArray) -> Float32Array:
         """Values of `level` in cells (..., 2); 0 where neither the cell nor its block reaches."""
         values = self._bordered[level]
         nx, ny = values.shape
@@ -55,7 +51,7 @@ class LikelihoodField:
         j = np.clip(cells[..., 1] + first, 0, ny - 1)
         return np.asarray(values.ravel().take(i * ny + j))
 
-    def part(self, level: int, low: Ints, high: Ints) -> Floats32:
+    def part(self, level: int, low: IntArray, high: IntArray) -> Float32Array:
         """Values of `level`, as `at` gives them, in all cells from `low` to `high`, (2,) each."""
         values = self.levels[level]
         first = low + (1 << level) - 1
@@ -68,7 +64,7 @@ class LikelihoodField:
         return found
 
 
-def _blurred(values: Floats32, reach: int, step: float) -> Floats32:
+def _blurred(values: Float32Array, reach: int, step: float) -> Float32Array:
     # A Gaussian of the distance to the nearest: maxima of products, one axis after the other.
     for axis in (0, 1):
         found = values.copy()
@@ -83,7 +79,7 @@ def _blurred(values: Floats32, reach: int, step: float) -> Floats32:
     return values
 
 
-def _maximum(values: Floats32, step: int) -> Floats32:
+def _maximum(values: Float32Array, step: int) -> Float32Array:
     # The level above begins `step` cells earlier: its first blocks still reach into the field.
     wide = np.pad(values, step)
     found = np.maximum(wide[:-step], wide[step:])

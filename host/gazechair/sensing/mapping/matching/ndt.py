@@ -10,9 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, Int32Array, IntArray
 from gazechair.base.poses import rotation
 from gazechair.sensing.mapping.matching.faces import sides_of
 
@@ -92,7 +91,7 @@ class NdtGrid:
         return known, offset, weight, squared
 
     def _of(
-        self, points_m: FloatArray, which: NDArray[np.int32]
+        self, points_m: FloatArray, which: Int32Array
     ) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray]:
         offset, weight, known = points_m - self._mean[which], self._weight[which], which > 0
         ox, oy = offset.T
@@ -146,7 +145,7 @@ def fit(
 
 
 def _distributions(
-    known_m: FloatArray, index: NDArray[np.int64], shape: tuple[int, ...]
+    known_m: FloatArray, index: IntArray, shape: tuple[int, ...]
 ) -> tuple[BoolArray, FloatArray, FloatArray]:
     """(which cells are known, and of these means (M, 2) and weights (M, 3))."""
     middle = known_m.mean(axis=0) if len(known_m) else np.zeros(2)

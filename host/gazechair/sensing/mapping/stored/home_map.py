@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from gazechair.base import json_text
-from gazechair.base.footprint import FloatArray
+from gazechair.base.arrays import FloatArray
 from gazechair.base.state_folder import replace_file
 from gazechair.base.user_error import UserError
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid

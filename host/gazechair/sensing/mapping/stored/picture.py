@@ -11,7 +11,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray
 from gazechair.base.poses import to_frame
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.stored.home_map import HomeMap

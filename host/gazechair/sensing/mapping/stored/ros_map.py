@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gazechair.base import json_text
+from gazechair.base.arrays import BoolArray, FloatArray
 from gazechair.base.output_file import write_output
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.stored.home_map import DAMAGE, MOST_CELLS, MOST_M2, HomeMap, MapError
@@ -80,9 +80,9 @@ class RosCells:
     """Of the image's lower left corner."""
     yaw_rad: float
     """By which the image is turned about that corner."""
-    occupied: NDArray[np.bool_]
+    occupied: BoolArray
     """(nx, ny), y upwards."""
-    free: NDArray[np.bool_]
+    free: BoolArray
 
 
 def read(path: Path, name: str) -> HomeMap:
@@ -107,7 +107,7 @@ def home_of(yaml: bytes, beside: Beside, where: str, name: str, most_cells: int)
     return home
 
 
-def _surfaces(found: RosCells) -> NDArray[np.bool_]:
+def _surfaces(found: RosCells) -> BoolArray:
     """Occupied cells without those inside solids.
 
     No beam reaches those. In a drawn plan with solid walls they would outweigh the surfaces that
@@ -235,7 +235,7 @@ def _fields(text: str) -> dict[str, str]:
     return found
 
 
-def _pgm(data: bytes, plain: bool) -> NDArray[np.float64]:
+def _pgm(data: bytes, plain: bool) -> FloatArray:
     """Shares of white (nx, ny), y upwards."""
     kind, at, numbers = data[:2], 2, []
     if kind != b"P5" and not (kind == b"P2" and plain):

@@ -30,7 +30,7 @@ def test_a_turn_is_requested_until_the_board_is_sure_that_the_chair_stands(
     begin_s, chair.refuses = chair.now_s, True
     while chair.now_s < begin_s + refused_s:
         chair.step()
-    assert chair.mission._insist.refused.all == ()
+    assert chair.mission._recovery.refused.all == ()
     chair.refuses = False
     assert chair.step() != STOP
     assert chair.run(90.0) == ARRIVED
@@ -47,5 +47,5 @@ def test_a_turn_that_is_refused_after_that_is_requested_for_moments_and_given_up
     for _ in range(round(4.0 / PERIOD_S)):
         chair.step()
         asked_s += PERIOD_S * (chair.asked != STOP)
-    assert any(one.turns for one in chair.mission._insist.refused.all)
+    assert any(one.turns for one in chair.mission._recovery.refused.all)
     assert asked_s < 3.0

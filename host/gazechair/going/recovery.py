@@ -1,4 +1,4 @@
-"""What a mission does where the board gives no output, or output does not move the chair."""
+"""Recovery: what a mission does where the board gives no output, or output moves no chair."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.plan import NO_WAY, Planner, Pose
 from gazechair.going.refusals import Refusals
 from gazechair.going.rolled import Rolled
+from gazechair.going.standing import PATIENCE_S
 from gazechair.going.stuck import Overruled, Stuck
 
 # Reasons, keys of the string tables.
@@ -19,8 +20,7 @@ PERSON, OBSTACLE, STANDS = "going_person", "going_obstacle", "going_stands"
 # What the mission must do.
 END_LEG, PLAN, GIVE_UP = "end the leg here", "plan again", "give up"
 _NEAR_PERSON_M = 2.6
-# The board may take furniture for a person until that stood for 10 s.
-_NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
+_NO_TURN_S, _OTHER_WAY_S = 1.8, 1.5
 _GO_ROUND_S, _SEEN_S = 3.0, 0.8
 _SAYS_S = 1.0
 # Beside things the board permits no turn to a chair that may still roll by its upper bound of the
@@ -40,7 +40,7 @@ class Verdict:
     """Why it waits or gives up; "": it has moved, and waits no more; None: as before."""
 
 
-class Insist:
+class Recovery:
     """Of one mission. Call `put_out` in each period, `step` in those in which it may drive."""
 
     def __init__(
@@ -48,7 +48,7 @@ class Insist:
     ) -> None:
         self._costmap, self._obstacles = costmap, obstacles
         self._follower, self._rolled = follower, rolled
-        self.asked = STOP
+        self.requested = STOP
         """What was requested in the last period."""
         self.begin()
 
@@ -80,7 +80,7 @@ class Insist:
 
     def put_out(self, stick: Stick) -> None:
         """What the board has put out since the last period."""
-        self._overruled.count(self.asked, stick)
+        self._overruled.count(self.requested, stick)
 
     def step(
         self, planner: Planner, pose: Pose, stick: Stick, put_out: Stick, waits: bool, now_s: float
@@ -90,7 +90,7 @@ class Insist:
         if self._stuck.elsewhere(self._rolled.pose):
             moved = ""
             self._stuck = Stuck(self._rolled.pose, turns)
-        self._stuck.count(self.asked != STOP or waits, put_out, now_s)
+        self._stuck.count(self.requested != STOP or waits, put_out, now_s)
         if stick == STOP and not waits:
             return self._idles(moved)
         if turns != self._stuck.turns:
@@ -126,7 +126,7 @@ class Insist:
             stuck.looked = True
             self.refuse(pose, turns, shut=turns)
             return Verdict(ask, PLAN, reason)
-        if for_s > (_PATIENCE_S if not turns and self.may_be_person(pose) else _GO_ROUND_S):
+        if for_s > (PATIENCE_S if not turns and self.may_be_person(pose) else _GO_ROUND_S):
             if self.refused.shut_before(pose, turns):
                 return Verdict(STOP, GIVE_UP, STANDS if stuck.let_out else NO_WAY)
             self.refuse(pose, turns, shut=True)
