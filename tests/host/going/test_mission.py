@@ -13,15 +13,7 @@ import pytest
 
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.follow import STOP, Pose, Stick
-from gazechair.going.mission import (
-    ARRIVED,
-    BLOCKED,
-    DRIVING,
-    LOST,
-    POSE_LOST,
-    WAITING,
-    at_once,
-)
+from gazechair.going.mission import ARRIVED, BLOCKED, DRIVING, LOST, POSE_LOST, WAITING, at_once
 from gazechair.going.pace import ACCELERATE_M_S2, PERIOD_S
 from gazechair.going.people import People
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
