@@ -93,6 +93,8 @@ def test_its_demo_runs_and_ends(installed: Path) -> None:
             output += line
             if "The driver's page: http" in line:
                 break
+        else:
+            raise AssertionError(f"it ended before it was ready: {output}")
         # As a shell and a parent do: twice, to the program and to its group.
         demo.send_signal(signal.SIGINT)
         os.killpg(demo.pid, signal.SIGINT)

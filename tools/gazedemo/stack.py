@@ -25,7 +25,7 @@ from gazedemo import ending, pairing
 from gazedemo.sim_control import SimControl
 from gazesetup.family import dies_with_me, simulates_a_device
 
-_START_S = 60.0
+_START_S = 180.0  # a machine with many other programs takes a minute and more
 _END_S = 8.0
 CHAIR_CONFIG = """\
 [board]
