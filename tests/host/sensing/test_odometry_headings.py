@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from gazechair.board.state import BoardState
-from gazechair.sensing.inbox import inbox
-from gazechair.sensing.inbox.feed import HEADING_LATE_S, Feed
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.inbox.pieces import Piece
 from gazechair.sensing.odometry.doubts import DIFFERS, TURNED
@@ -18,6 +16,7 @@ from gazechair.sensing.odometry.headings import beyond, rate_rad_s
 from gazechair.sensing.odometry.odometry import Odometry
 from gazelink import codes
 from homerig import NOISE_M, flat
+from host.sensing.test_inbox import motion_of
 
 LATE_S = 0.025  # of the simulated sensor, with its sample period and the way to the host
 STATE_MS, HALF_MS, BEAMS = 20, 50, 360
@@ -41,13 +40,7 @@ def piece(end_s: float, second: bool, chance: np.random.Generator) -> Piece:
 def said(at_s: float) -> Motion:
     """What an inbox gets of the board's state, whose heading is late."""
     shown = heading_deg(at_s - LATE_S) % 360.0
-    state = BoardState(codes.ARMED, 0, 0, 0, 0, 0, shown, 0, 300, 0, 0, 0, at_s)
-    writers, reader = inbox.open_inbox()
-    with writers, reader:
-        Feed([writers.fileno()]).board(state)
-        motion = inbox.unpack(reader.recv(inbox.LONGEST))
-    assert isinstance(motion, Motion)
-    return motion
+    return motion_of(BoardState(codes.ARMED, 0, 0, 0, 0, 0, shown, 0, 300, 0, 0, 0, at_s))
 
 
 def followed(silent: tuple[int, int] = (0, 0)) -> list[Estimate]:
@@ -113,10 +106,6 @@ def test_a_heading_that_was_missing_is_no_turn_and_turns_no_lidar(
     assert not any({TURNED, DIFFERS}.intersection(one.doubts) for one in found)
     off = [one.heading_deg - found[0].heading_deg - heading_deg(one.time_s) for one in found]
     assert abs(off[-1]) < 1.0  # lidars alone follow a turn late
-
-
-def test_the_board_is_heard_of_headings_that_are_late() -> None:
-    assert said(2.0).time_s == pytest.approx(2.0 - HEADING_LATE_S)
 
 
 def test_beams_newer_than_the_newest_heading_are_taken_for_turned_on() -> None:
