@@ -14,6 +14,7 @@ from gazechair.following.request import STOP, Request
 from gazechair.following.turns import Turns
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.producers.contract import MotionState, Output, Press, Producer, Sensed, Setup
+from gazechair.producers.track import ESTIMATE_OLD_S
 
 SIGHT_LOST = "person_no_sight"
 """No lidar turn, or no odometry pose, in time."""
@@ -21,8 +22,6 @@ UNSEEN = "person_unseen_behind"
 """No lidar sees behind the chair: the board permits no turn, and the chair would just stand."""
 NARROW = "person_narrow"
 """The person went where the chair does not fit."""
-OLD_S = 0.25
-"""An older turn requests no motion."""
 _GONE_S = 1.0  # older: the press is over
 _BEGINS_S = 1.5  # longest wait for the first turn after the press
 _STATES: dict[State, MotionState] = {
@@ -76,7 +75,7 @@ class PersonProducer(Producer):
         state = self._followed.state
         if state not in _STATES:
             return Output(None, "ended", _REASONS[state])
-        if late_s > OLD_S:
+        if late_s > ESTIMATE_OLD_S:
             return Output((0, 0), "waits", SIGHT_LOST)
         if not self._followed.fits:
             return Output((0, 0), "waits", NARROW)

@@ -1,4 +1,4 @@
-"""The 360 directions about a lidar in which views are compared: a bin for each degree."""
+"""The directions about a lidar in which views are compared: as many bins as a view has."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from gazechair.base.angles import in_turn_if_near
 from gazechair.base.arrays import FloatArray, IntArray
+from gazechair.sensing.lidar.blind import BINS
 
-BINS = 360
 BIN_RAD = 2.0 * math.pi / BINS
 
 

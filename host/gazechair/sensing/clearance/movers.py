@@ -17,8 +17,9 @@ from collections import deque
 import numpy as np
 
 from gazechair.base.arrays import BoolArray, FloatArray
-from gazechair.sensing.clearance.degrees import BIN_RAD, BINS, bins_of
+from gazechair.sensing.clearance.degrees import BIN_RAD, bins_of
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
+from gazechair.sensing.lidar.blind import BINS
 
 _BACK_S = (0.15, 0.20, 0.35)  # least, preferred, most time between the two views
 _EVERY_S = 0.045  # two quarter turns

@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from gazechair.base.arrays import BoolArray, FloatArray, IntArray
-from gazechair.sensing.clearance.degrees import BINS, bins_of
+from gazechair.sensing.clearance.degrees import bins_of
 from gazechair.sensing.clearance.surface import Surfaces
+from gazechair.sensing.lidar.blind import BINS
 
 CALM_S = 10.0
 """What has stood for this long is furniture."""
