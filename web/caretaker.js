@@ -5,6 +5,7 @@ import { Alerts } from "./alerts.js";
 import { Banner } from "./banner.js";
 import { ChairSettings, PersonSettings } from "./care_settings.js";
 import { CapSlider } from "./cap_slider.js";
+import { ClockWatch } from "./clock_watch.js";
 import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
 import { Gamepads } from "./gamepad.js";
@@ -24,7 +25,6 @@ import { StopSeen } from "./stop_seen.js";
 import { chosenLanguage, loadStrings } from "./strings.js";
 import { Tones } from "./tones.js";
 import { keepAwake } from "./wakelock.js";
-import { ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;

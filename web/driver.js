@@ -1,5 +1,7 @@
 // The driver's page: connects its parts; one timer drives them all.
 
+import { AutoOff } from "./auto_off.js";
+import { ClockWatch } from "./clock_watch.js";
 import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
 import { pressHelp, showHelp, WORDS_MS } from "./help.js";
@@ -20,7 +22,6 @@ import { Targets } from "./targets.js";
 import { Tones } from "./tones.js";
 import { keepAwake } from "./wakelock.js";
 import { Eyes, LateMenu, Plugins, Scanning, showLate } from "./wanted.js";
-import { AutoOff, ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
 /** After this many clicks without movement: gaze control that only clicks, so a click is a step. */
@@ -255,8 +256,7 @@ async function change(edit) {
 /** Takes over others' changes while this page does not drive. */
 async function reload() {
   if (drives() || !(await profiles.reload(() => !drives()))) return;
-  // A tile may now mean something else.
-  if (dataset.view === "menu") open("menu");
+  if (dataset.view === "menu") open("menu"); // a tile may now mean something else
   applyProfile();
 }
 

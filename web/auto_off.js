@@ -1,25 +1,9 @@
-// Detects what causes no event: sleep, a clock jump, driving left unused.
-
-/** The page stood still, or a clock jumped, by more than this: the tablet slept. */
-const JUMP_MS = 1000;
+// Counts how long driving is left unused, until it is to go off by itself.
 
 /** The last seconds before driving goes off by itself are counted down. */
 const COUNTDOWN_S = 5;
 
-/** Detects gaps in the page's time, by its own clock and by the time of day. */
-export class ClockWatch {
-  #last = null; // {now, day}
-
-  /** True when time jumped since the last call. `now`: performance.now(), `day`: Date.now(). */
-  jumped(now, day) {
-    const last = this.#last;
-    this.#last = { now, day };
-    if (last === null) return false;
-    return now - last.now > JUMP_MS || Math.abs(day - last.day) > JUMP_MS;
-  }
-}
-
-/** Switches off unused driving. */
+/** The time that driving is left unused. Times in ms. */
 export class AutoOff {
   // Of the driver's profile.
   #limitMs;
