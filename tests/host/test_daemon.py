@@ -20,7 +20,6 @@ from gazedemo.pairing import cookie
 from gazelink import codes
 from patience import wait_until
 
-PATIENCE_S = 30
 STATE_FILES = (
     *("alerts.jsonl", "camera_floor.json", "first_drive.json", "forward.json", "lock"),
     *("pair.sock", "paired.jsonl", "profiles.json", "speed_cap"),

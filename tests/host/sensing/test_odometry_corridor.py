@@ -25,8 +25,6 @@ from gazesim.home_routes import Pose
 from gazesim.homes import Home
 from gazesim.rooms import box
 
-Array = np.ndarray
-
 
 def drive(
     home: Home,

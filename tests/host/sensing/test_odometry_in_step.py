@@ -17,7 +17,6 @@ from gazechair.sensing.odometry.odometry import Odometry
 from gazechair.sensing.odometry.points import OLDER_S
 from gazesim.homes import Home
 
-Array = np.ndarray
 HALF_S, POINTS = 0.05, 400
 FRONT_M, REAR_M = 0.5, -0.4
 PUSHED_S, PUSHED_M_S = 1.5, 0.3

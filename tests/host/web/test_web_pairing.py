@@ -11,9 +11,6 @@ import simple_websocket
 
 from gazechair.people.pairing.store import MOST_DEVICES
 
-LONG_S = 20.0
-
-
 # Unpaired
 
 

@@ -18,8 +18,6 @@ from gazechair.config.settings import Config, WebConfig
 from gazechair.web import PageParts, WebError, WebServer
 from gazemeasure.page.raw_page import upgrade
 
-LONG_S = 20.0
-
 
 @pytest.mark.parametrize(
     ("path", "kind"),
