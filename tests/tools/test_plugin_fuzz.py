@@ -1,4 +1,4 @@
-"""The fuzzer of producers: the code keeps the promises, and planted mistakes are found."""
+"""The fuzzer of senders: the code keeps the promises, and planted mistakes are found."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gazechair.driving.control import Control
 from gazechair.driving.press import DrivingPress, Presses
 from gazechair.plugins import value_checks
 from gazecontract.fuzz import fuzz
-from gazecontract.producer_oracle import Violation
+from gazecontract.sender_oracle import Violation
 
 
 def test_nothing_that_is_said_moves_the_chair_against_the_promises() -> None:

@@ -1,4 +1,4 @@
-"""Fuzzes the producers: pages, inputs and modes send anything, in any order, at any time.
+"""Fuzzes what may send commands: pages, inputs and modes, anything, in any order, at any time.
 
 `python -m gazecontract.fuzz [--messages N] [--seed N]`: through the daemon's Control, with a link
 that only records, in virtual time. A command that nothing permits ends it and prints the seed.
@@ -21,8 +21,8 @@ from gazechair.driving.control import Control
 from gazechair.plugins import NOTHING, STOP, choose, drive, hold, step
 from gazechair.plugins.exchange import BadValue, Value
 from gazechair.plugins.value_checks import InputRun, ModeRun
-from gazecontract.fuzz_speakers import Device, Link, Page, meaning_of, motion_of
-from gazecontract.producer_oracle import Oracle, PressKey, Violation
+from gazecontract.fuzz_senders import Device, Link, Page, meaning_of, motion_of
+from gazecontract.sender_oracle import Oracle, PressKey, Violation
 from gazelink import codes
 
 _MODES = ("ahead", "round")

@@ -21,7 +21,7 @@ from typing import Any
 import gazesetup
 from gazechair.plugins.gamepad.events import ABS, REPORT, SYN, Y, event
 from gazecontract.fuzz import fuzz
-from gazecontract.producer_oracle import Violation
+from gazecontract.sender_oracle import Violation
 from gazedemo.check import NEUTRAL
 from gazedemo.packages import package
 from gazedemo.sim_control import SimControl

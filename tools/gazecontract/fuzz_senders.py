@@ -1,4 +1,4 @@
-"""The senders in the producers' fuzz, and the link that only records."""
+"""The senders of the fuzz (page, device), and the link that only records."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Comm
 from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.plugins import NOTHING, Intent
 from gazechair.plugins.value_checks import InputRun
-from gazecontract.producer_oracle import Motion
+from gazecontract.sender_oracle import Motion
 from gazelink import codes
 from gazesim.board_limits import LIMITS
 
