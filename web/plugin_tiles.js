@@ -1,6 +1,6 @@
 // Tiles of plug-in modes on the driver's page: held like a direction.
 
-import { AutoRide } from "./auto_ride.js";
+import { AutoMotion } from "./auto_motion.js";
 import { byId, setData, svg } from "./dom.js";
 import { ARRIVED, goingTexts } from "./going.js";
 import { Pick } from "./pick.js";
@@ -34,7 +34,7 @@ export async function ready(strings) {
  *
  * `on` receives shown() when other tiles are shown, replaced() before a place gets another mode,
  * unable(names) for the tiles whose mode does not work now, gone() when that page has no modes;
- * ride("watch") while somebody watches an auto ride, ride("stop") when anything else
+ * ride("watch") while somebody watches an auto motion, ride("stop") when anything else
  * is pressed, ride("mode", fields) for a mode that is held, ride("spot", fields) for a spot of the
  * picture; tone(shape), open(view), dwellMs().
  */
@@ -58,7 +58,7 @@ export class PluginTiles {
 
   constructor(strings, on) {
     this.#on = on;
-    this.#ride = new AutoRide(() => on.ride("watch"));
+    this.#ride = new AutoMotion(() => on.ride("watch"));
     for (let place = 0; place <= PLACES; place += 1) {
       const tile = button(`plugin-${place}`, "forward", "drive plugin");
       tile.querySelector(".arrow").replaceWith(svg("path", SIGN), svg("text", { x: 50, y: 50 }));
@@ -89,7 +89,7 @@ export class PluginTiles {
     return this.#modes[this.#tiles.findIndex((tile) => tile.id === target)];
   }
 
-  /** True if it starts an auto ride. */
+  /** True if it starts an auto motion. */
   auto(target) {
     return this.#auto.includes(this.mode(target));
   }
@@ -125,7 +125,7 @@ export class PluginTiles {
     this.#pick.act(name);
   }
 
-  /** Takes the host's state of an auto ride, and of a chosen spot. */
+  /** Takes the host's state of an auto motion, and of a chosen spot. */
   rides(state) {
     const { auto, going: news } = state;
     const before = this.#going;

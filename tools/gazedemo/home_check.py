@@ -1,4 +1,4 @@
-"""The check of the demo in a home: an auto drive to the kitchen, through the page."""
+"""The check of the demo in a home: an auto motion to the kitchen, through the page."""
 
 from __future__ import annotations
 

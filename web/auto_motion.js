@@ -1,11 +1,11 @@
-// An auto ride on the driver's page: supervised by eyes that move on the page.
+// An auto motion on the driver's page: supervised by eyes that move on the page.
 
 import { standstill } from "./input.js";
 
 /** Between two messages about it; the board's supervision lasts seconds. */
 const WATCH_MS = 250;
 
-export class AutoRide {
+export class AutoMotion {
   /** The mode that drives, and the one that was ended before its goal; "" for none. */
   mode = "";
   over = "";
