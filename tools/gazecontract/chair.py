@@ -15,17 +15,17 @@ from unittest import mock
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Clearance
 from gazechair.config.settings import Config
+from gazechair.driving.arbiter import LOOK_S
 from gazechair.driving.control import Control
 from gazechair.plugins.exchange import BadValue, Value, unpack
 from gazechair.plugins.service import world_message
 from gazechair.plugins.value_checks import InputRun, ModeRun
 from gazelink import codes
-from gazesim.chair_rig import ChairRig
+from gazesim.chair_rig import CLEARANCE_MS, ChairRig
 from gazesim.lockstep_link import LockstepLink
 
 _ASK_MS = 20
-_CLEARANCE_MS = 50
-_UPDATE_MS = 25
+_UPDATE_MS = round(1000 * LOOK_S)
 _BEAT_MS = 100
 _READY_MS = 8000
 _ALL = 0b1111  # every direction
@@ -104,7 +104,7 @@ class PluginChair(ChairRig):
         """Link, page, lidar, then the plug-in."""
         self.link.one_ms()
         now_s = self.now_s()
-        if self.now_ms % _CLEARANCE_MS == 0 and self.sees:
+        if self.now_ms % CLEARANCE_MS == 0 and self.sees:
             far = (3000, 2000, 1440, 1440)  # mm, 1/16 degree
             acquired_s = now_s - 0.02
             self.control.clearance(Clearance(self.blocked, codes.SIMULATED, acquired_s, 0, *far))

@@ -21,7 +21,7 @@ from gazesim.usb_line import UsbLine
 from gazesim.world import ONE, Mount, World
 
 NEUTRAL = (WIPER_NEUTRAL, WIPER_NEUTRAL)
-_CLEARANCE_MS = 50
+CLEARANCE_MS = 50  # between two clearances
 
 
 class ChairRig(Steps):
@@ -142,7 +142,7 @@ class LinkedChair(ChairRig):
         now_s = self.now_s()
         if self.holds and self._command.verb != codes.STOP:
             self.link.command(replace(self._command, ttl_deadline_s=now_s + 0.3))
-        if self.sees and self.now_ms % _CLEARANCE_MS == 0:
+        if self.sees and self.now_ms % CLEARANCE_MS == 0:
             self.link.clearance(Clearance(self.blocked, codes.SIMULATED, now_s - 0.02))
 
     def press(

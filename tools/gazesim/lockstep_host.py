@@ -13,6 +13,7 @@ from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import BoardZone
 from gazechair.config.settings import Config
+from gazechair.driving.arbiter import LOOK_S
 from gazechair.driving.control import Control
 from gazechair.driving.driver_port import DriverPort
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
@@ -26,8 +27,8 @@ from gazesim.lockstep_link import LockstepLink
 from gazesim.usb_line import UsbLine
 from gazesim.world import ONE, TWO, Mount
 
-_GATHER_MS = 20  # the lidar child's pace
-_UPDATE_MS = 25
+GATHER_MS = 20  # the lidar child's pace
+UPDATE_MS = round(1000 * LOOK_S)
 MASKS = {ONE: ((122.0, -122.0),), TWO: ((-180.0, -90.0),)}
 """Arcs of each lidar that the simulated chair hides."""
 _SCAN_REQUEST = b"\xa5\x20"
@@ -86,9 +87,9 @@ class Host:
             client, text = self.inbox.popleft()
             self._hear_page(client, text)
         self.link.one_ms()
-        if now_ms % _GATHER_MS == 0 and self.lidar_child:
+        if now_ms % GATHER_MS == 0 and self.lidar_child:
             self._judge_scan()
-        if now_ms % _UPDATE_MS == 0:
+        if now_ms % UPDATE_MS == 0:
             self.control.update()
 
     def _hear_page(self, client: int, text: str) -> None:

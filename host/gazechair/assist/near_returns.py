@@ -12,12 +12,12 @@ from gazechair.base.arrays import FloatArray
 from gazechair.sensing.clearance.surface import surfaces
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.inbox.pieces import Piece
+from gazechair.sensing.lidar.blind import NEAREST_M
 
 OLD_S = 0.15
 """If the heading or the data of any lidar is older, nothing is known."""
 _KEPT_S = 1.0  # how long headings are kept
 _HALVES = 2  # half turns kept of each lidar
-_NEAREST_M = 0.05
 _FARTHEST_M = 5.0
 
 
@@ -54,7 +54,7 @@ class NearReturns:
         """Half a turn of the lidar with that number."""
         if not self._times:
             return
-        near = (piece.distances_m >= _NEAREST_M) & (piece.distances_m <= _FARTHEST_M)
+        near = (piece.distances_m >= NEAREST_M) & (piece.distances_m <= _FARTHEST_M)
         turned = np.interp(piece.times_s[near], self._times, self._headings)
         # In a frame that does not turn with the chair.
         angles = np.radians(piece.directions_deg[near] + turned)

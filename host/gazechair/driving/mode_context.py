@@ -9,6 +9,8 @@ from gazechair.board.state import BoardState
 from gazechair.sensing.clearance.shown import shown
 from gazelink import codes
 
+PRESSED_LOOK_S, IDLE_LOOK_S = 0.004, 0.02
+"""How often a provider of modes looks at the context: while one of its modes is pressed, else."""
 ModeOutput = tuple[int, int] | None
 """A mode's output: linear and turn, permille; None: it has ended."""
 

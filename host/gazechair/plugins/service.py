@@ -15,7 +15,7 @@ from gazechair.base.latest_value import Clock
 from gazechair.base.reasons import PARTS, PLUGIN
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.config.plugin_tables import PluginConfig
-from gazechair.driving.mode_context import ModeContext
+from gazechair.driving.mode_context import IDLE_LOOK_S, PRESSED_LOOK_S, ModeContext
 from gazechair.plugins import value_checks
 from gazechair.plugins.child import LOST, SETTING
 from gazechair.plugins.exchange import LONGEST, RECORDS_PER_S, Facts, Value, plain, unpack_facts
@@ -28,8 +28,6 @@ _OTHERS_S = 5.0  # longest wait for board, lidar and camera, which start first
 _START_S = 2.0  # longest wait before the next plug-in starts
 _HEALTH_S = 0.5
 _DETAIL = 200
-_LOOK_S = 0.004  # while a mode is pressed
-_IDLE_LOOK_S = 0.02
 _WORLD_PERIOD_S = 0.018  # for 50 per second, with a margin
 
 
@@ -214,7 +212,7 @@ class Plugins:
         """Wait until none of `parts` is starting, at most `limit_s`; False when stopping."""
         end_s = self._clock() + limit_s
         while any(part.state == states.STARTING for part in parts) and self._clock() < end_s:
-            if self._stopping.wait(_IDLE_LOOK_S):
+            if self._stopping.wait(IDLE_LOOK_S):
                 return False
         return True
 
@@ -229,13 +227,13 @@ class Plugins:
 
     def _send_worlds(self) -> None:
         sender = WorldSender()
-        pause_s = _IDLE_LOOK_S
+        pause_s = IDLE_LOOK_S
         while not self._stopping.wait(pause_s):
             context = self._port.mode_context()
             message = sender.message(context, self._clock())
             if message is not None and context.mode in self._modes:
                 self._modes[context.mode].send(message)
-            pause_s = _LOOK_S if context.mode else _IDLE_LOOK_S
+            pause_s = PRESSED_LOOK_S if context.mode else IDLE_LOOK_S
 
 
 class WorldSender:

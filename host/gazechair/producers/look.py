@@ -40,7 +40,7 @@ from gazechair.producers.moved_by_others import MovedByOthers
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture, spot_over_picture
 from gazechair.producers.pose_watch import KNOWN, LOST, PoseWatch
-from gazechair.producers.ride import Ride
+from gazechair.producers.ride import SCAN_S, Ride
 from gazechair.producers.track import MapTrack
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.stored.places import Area
@@ -51,7 +51,7 @@ NO_PICTURE, NO_PLACE, NOT_NOW = "look_no_picture", "look_no_place", "look_not_no
 UNSEEN_BEHIND = "look_unseen_behind"
 _GAZE_DEG, _TABLET_M = 1.0, 0.29  # of one sample of a gaze, on a tablet that wide
 _DWELL = 0.5  # fraction of it left in the mean over a dwell
-_SCANS, _SCAN_S = 3, 0.09  # of a standing chair
+_SCANS = 3  # of a standing chair
 _CHOOSES_S = 4.0  # longest wait for a standing chair, scans and a picture
 _AREAS_S = 0.25  # from one look at the stored map to the next
 
@@ -202,7 +202,7 @@ class LookProducer(SpotProducer):
         seen = self._ride.looks.seen()
         time_s = seen.estimate.time_s
         newest_s = self._scans[-1].time_s if self._scans else since_s
-        if time_s < newest_s + _SCAN_S:
+        if time_s < newest_s + SCAN_S:
             return
         self._track_of = seen.estimate.track
         pose, look = seen.odometry, seen.look

@@ -13,12 +13,11 @@ from typing import Any
 from gazechair.base.health import Health
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.config.settings import LidarConfig
+from gazechair.driving.mode_context import IDLE_LOOK_S, PRESSED_LOOK_S
 from gazechair.producers.chair_settings import ChairSettings, Link
 from gazechair.producers.service import Port, ProducerService
 from gazechair.producers.spot_service import At, SpotService
 
-_LOOK_S = 0.004  # while a mode of theirs is pressed
-_IDLE_LOOK_S = 0.02
 _OFFER_S = 0.25
 
 log = logging.getLogger(__name__)
@@ -96,12 +95,12 @@ class Producers:
         return bool(taken)
 
     def _run(self) -> None:
-        pause_s = _IDLE_LOOK_S
+        pause_s = IDLE_LOOK_S
         while not self._stopping.wait(pause_s):
             if not self._rides:
                 self._settings.refresh()  # before a press is seen, which takes what is known
             self._each(ProducerService.tick)
-            pause_s = _LOOK_S if self._rides else _IDLE_LOOK_S
+            pause_s = PRESSED_LOOK_S if self._rides else IDLE_LOOK_S
 
     @property
     def _rides(self) -> bool:

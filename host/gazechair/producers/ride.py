@@ -20,7 +20,8 @@ from gazechair.sensing.odometry.estimate import Estimate
 POSE_DOUBTED = "going_pose_doubted"
 """Why it stands, a key of the string tables: its pose is not known for the moment."""
 _BLOCKED_S = 30.0
-_SCAN_S = 0.09  # between two views of the chair's surroundings
+SCAN_S = 0.09
+"""Least time between two views of the chair's surroundings that are used."""
 _STATES: dict[str, MotionState] = {DRIVING: "drives", BLOCKED: "blocked", PLANNING: "thinks"}
 
 
@@ -93,7 +94,7 @@ class Ride:
 
     def _look(self, mission: Mission, at: Pose, time_s: float) -> None:
         """Give the mission the chair's surroundings, seen from its pose."""
-        if self.seen and time_s >= self._looked_s + _SCAN_S:
+        if self.seen and time_s >= self._looked_s + SCAN_S:
             seen = self.looks.seen()
             if seen.estimate.time_s == time_s:
                 self._looked_s = time_s

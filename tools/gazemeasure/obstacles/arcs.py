@@ -24,17 +24,22 @@ from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.obstacles.attack import Hold, attack, attacked_chair, in_view, touched
 from gazemeasure.obstacles.eyes import CORNERS, FRONT, Eye, Ours
-from gazemeasure.obstacles.run import MOVING_M_S, Outcome, deliver, fastest
+from gazemeasure.obstacles.run import (
+    FULL,
+    LOOK_STEPS,
+    MOVING_M_S,
+    NEAR_M,
+    STEP_S,
+    Outcome,
+    deliver,
+    fastest,
+)
 from gazemeasure.turn.board import settings_with
 from gazesim.chair import FRONT_M, HALF_WIDTH_M, REAR_M, Chair
 from gazesim.lidar_noise import NOISE_M
 from gazesim.random_rooms import task
 from gazesim.rooms import Room, Solid, box
 
-_STEP_S = 0.01
-_LOOK_STEPS = 5
-_NEAR_M = 0.6
-_FULL = 1000
 _BEGIN_STEPS = 60  # the lidars' first turns, and the board's first look
 _REST_S = 4.0
 _AGAIN_S = 0.5  # after an override: until the next press
@@ -98,7 +103,7 @@ def _stick(chance: random.Random) -> tuple[int, int]:
     angle = chance.uniform(-math.pi, math.pi)
     size = chance.choice((300, 600, 1000, 1400))
     linear, turn = (round(size * part(angle)) for part in (math.cos, math.sin))
-    return max(-_FULL, min(_FULL, linear)), max(-_FULL, min(_FULL, turn))
+    return max(-FULL, min(FULL, linear)), max(-FULL, min(FULL, turn))
 
 
 def _posts(chance: random.Random) -> Room:
@@ -140,11 +145,11 @@ class ArcRun:
         self._room = wanted.room
         self.chair: Any = body or Chair(profile, seed)
         self.chair.place(*wanted.room.start)
-        self.chair.step(_STEP_S, (0.0, 0.0))
-        numbers = {"linear_permille": _FULL, "turn_permille": _FULL}
+        self.chair.step(STEP_S, (0.0, 0.0))
+        numbers = {"linear_permille": FULL, "turn_permille": FULL}
         made = settings_with({"profile": PROFILES.index(profile), **numbers})
         self._inputs: Any = Inputs()
-        self._inputs.cap_permille = _FULL
+        self._inputs.cap_permille = FULL
         self._obstacles: Any = Obstacles(made)
         self._motion: Any = Motion(made, turn_controller(made))
         self._trusted = bool(seed // 2 % 2)
@@ -169,7 +174,7 @@ class ArcRun:
                 self._command(codes.STOP)
                 self._step()
             self._command(hold.verb, hold.linear, hold.turn, hold.press)
-            for _ in range(round(hold.for_s / _STEP_S)):
+            for _ in range(round(hold.for_s / STEP_S)):
                 self._step()
                 if watch is not None:
                     watch(self)
@@ -184,10 +189,10 @@ class ArcRun:
                     return self.outcome
         self.outcome.arrived = True
         if self._rule is None and self._task.steady:
-            for _ in range(round(_BEYOND_S / _STEP_S)):
+            for _ in range(round(_BEYOND_S / STEP_S)):
                 self._step()
         self._command(codes.STOP)
-        left = round(_REST_S / _STEP_S)
+        left = round(_REST_S / STEP_S)
         while left and fastest(self.chair) > 0.0 and not self.outcome.touched:
             self._step()
             left -= 1
@@ -195,8 +200,8 @@ class ArcRun:
 
     def _pause(self, watch: Callable[[ArcRun], None] | None) -> None:
         # The stick is held for a moment, then released.
-        for k in range(round(2 * _AGAIN_S / _STEP_S)):
-            if k == round(_AGAIN_S / _STEP_S):
+        for k in range(round(2 * _AGAIN_S / STEP_S)):
+            if k == round(_AGAIN_S / STEP_S):
                 self._command(codes.STOP)
             self._step()
             if watch is not None:
@@ -214,29 +219,29 @@ class ArcRun:
 
     def _step(self) -> None:
         self._steps += 1
-        now_s = self._steps * _STEP_S
+        now_s = self._steps * STEP_S
         chair = self.chair
         if self._rule is not None:
             where = (chair.x_m, chair.y_m, chair.heading_deg)
             for eye in self._eyes:
-                eye.step(_STEP_S, where)
+                eye.step(STEP_S, where)
             if self._clearance is not None:
                 deliver(self._inputs, self._clearance, now_s)
                 self._clearance = None
-            if self._steps % _LOOK_STEPS == 0 and self._eyes[0].turns:
+            if self._steps % LOOK_STEPS == 0 and self._eyes[0].turns:
                 self._clearance = self._rule.look(now_s)
         self._inputs.rate_q4 = round(16.0 * chair.yaw_rate_deg_s)
         self._inputs.heading_q4 = round(16.0 * chair.heading_deg) % 5760
         self._inputs.heading_count = (self._inputs.heading_count + 1) & 0xFFFF
         for _ in range(10):
             self._tick()
-        chair.step(_STEP_S, (self._out[0] / 1000.0, self._out[1] / 1000.0))
+        chair.step(STEP_S, (self._out[0] / 1000.0, self._out[1] / 1000.0))
         self._check()
 
     def _tick(self) -> None:
         i, obstacles, motion = self._inputs, self._obstacles, self._motion
         blocked = 0
-        caps = [_FULL] * 4
+        caps = [FULL] * 4
         arcs = None
         if self._rule is not None:
             obstacles.step(i, *self._out, True, self._trusted)
@@ -261,8 +266,8 @@ class ArcRun:
     def _check(self) -> None:
         chair = self.chair
         speed = fastest(chair)
-        self._farther_m -= _STEP_S * speed
-        if self._farther_m > _NEAR_M or speed == 0.0:
+        self._farther_m -= STEP_S * speed
+        if self._farther_m > NEAR_M or speed == 0.0:
             return
         gap_m = self._room.clearance_m(chair.x_m, chair.y_m, chair.heading_deg)
         self._farther_m = gap_m

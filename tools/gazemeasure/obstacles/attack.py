@@ -21,12 +21,11 @@ from gazechair.sensing.lidar.scan import in_arcs
 from gazelink import codes
 from gazelink.settings_table import profile_row
 from gazemeasure.obstacles.eyes import Mount
+from gazemeasure.obstacles.run import FULL, STEP_S
 from gazesim.chair import FRONT_M, HALF_TRACK_M, HALF_WIDTH_M, REAR_M
 from gazesim.profiles import PROFILES as CHAIRS
 from gazesim.rooms import Room, Solid, box
 
-_STEP_S = 0.01
-_FULL = 1000
 _HALL_M = 6.0
 _BESIDE_M = 0.25  # from the straight path
 _FREE_M = 0.015  # from the chair at the start
@@ -83,7 +82,7 @@ class AttackedAxis:
         if kind == "jerk":
             self._lags = [lag_s / 2]
             self._jerk = brake / lag_s
-        self._pending = deque([0.0] * max(1, round(dead_s / _STEP_S)))
+        self._pending = deque([0.0] * max(1, round(dead_s / STEP_S)))
         self._ramp = self._slope = 0.0
         self._stages = [0.0] * len(self._lags)
 
@@ -95,20 +94,20 @@ class AttackedAxis:
         away = wanted - self._ramp
         grows = abs(wanted) > abs(self._ramp) and wanted * self._ramp >= 0.0
         most = self._accelerate if grows else self._brake
-        slope = max(-most, min(most, away / _STEP_S))
+        slope = max(-most, min(most, away / STEP_S))
         if self._jerk != math.inf:
             # Limited, so that the jerk limit can end it in time.
             gentle = math.sqrt(2.0 * self._jerk * abs(away))
             slope = max(-gentle, min(gentle, slope))
-            change = self._jerk * _STEP_S
+            change = self._jerk * STEP_S
             slope = max(self._slope - change, min(self._slope + change, slope))
-            if abs(away) < change * _STEP_S:
-                slope = away / _STEP_S
+            if abs(away) < change * STEP_S:
+                slope = away / STEP_S
         self._slope = slope
-        self._ramp += slope * _STEP_S
+        self._ramp += slope * STEP_S
         new = self._ramp
         for n, lag_s in enumerate(self._lags):
-            self._stages[n] += (new - self._stages[n]) * (1.0 - math.exp(-_STEP_S / lag_s))
+            self._stages[n] += (new - self._stages[n]) * (1.0 - math.exp(-STEP_S / lag_s))
             new = self._stages[n]
         still = wanted == 0.0 and abs(self._ramp) < 1e-3 * self._full[0]
         if still and abs(new) < 0.01 * self._full[0]:
@@ -132,7 +131,7 @@ class AttackedChair:
 
         dead_s, lag_s = row("dead_time_ms") / 1000.0, row("lag_ms") / 1000.0
         early_s = 0.05
-        sampled_s = _SAMPLING_STEPS * _STEP_S if kind == "sampled" else 0.0
+        sampled_s = _SAMPLING_STEPS * STEP_S if kind == "sampled" else 0.0
         linear_s = early_s if kind == "slow turn" else dead_s - sampled_s
         turn_s = early_s if kind == "slow drive" else dead_s - sampled_s
         full = (chair.linear.positive, chair.linear.negative)
@@ -174,7 +173,7 @@ def attack(seed: int, profile: str, settings: Any) -> Attack:
     for _ in range(_TRIES):
         hand, swings_s = _hand(chance, steady=bool(seed % 2))
         path = _path(hand, AttackedChair(profile, kind, settings, seed % 4 < 2))
-        placed = _placed(chance, path, round(swings_s / _STEP_S))
+        placed = _placed(chance, path, round(swings_s / STEP_S))
         if placed is not None:
             return Attack(placed[0], hand, kind, placed[1])
     raise RuntimeError(f"attack {seed}: no place for a post")
@@ -194,7 +193,7 @@ def _hand(chance: random.Random, steady: bool) -> tuple[tuple[Hold, ...], float]
     swings_s = 0.0
     if chance.random() < 0.4:  # from full speed
         swings_s = chance.uniform(0.8, 1.6)
-        moves.append(Hold(swings_s, codes.DRIVE, ahead * _FULL, 0, True))
+        moves.append(Hold(swings_s, codes.DRIVE, ahead * FULL, 0, True))
     if steady:
         for_s = chance.choice((0.4, 0.8, 1.5, 2.5))
         moves.append(Hold(for_s, codes.DRIVE, linear, turn, not moves))
@@ -218,12 +217,12 @@ def _path(hand: tuple[Hold, ...], chair: AttackedChair) -> FloatArray:
     poses = []
 
     def step(stick: tuple[float, float]) -> None:
-        chair.step(_STEP_S, stick)
+        chair.step(STEP_S, stick)
         poses.append((chair.x_m, chair.y_m, math.radians(chair.heading_deg)))
 
     for move in hand:
-        for _ in range(round(move.for_s / _STEP_S)):
-            step((move.linear / _FULL, move.turn / _FULL))
+        for _ in range(round(move.for_s / STEP_S)):
+            step((move.linear / FULL, move.turn / FULL))
     for _ in range(300):
         step((0.0, 0.0))
         if chair.speed_m_s == 0.0 == chair.yaw_rate_deg_s:

@@ -26,14 +26,14 @@ from gazesim.rooms import Person, Room
 
 OURS, PROTOTYPE, NONE = "footprint", "prototype", "none"
 MOVING_M_S = 0.05
-_STEP_S = 0.01
-_LOOK_STEPS = 5
+STEP_S = 0.01
+LOOK_STEPS = 5  # from one clearance to the next
 _CHECK_STEPS = 2
-_NEAR_M = 0.6  # a larger distance is not measured exactly
+NEAR_M = 0.6  # a larger distance is not measured exactly
 _WALKER_M_S = 1.0
 _PRESSES = 3
 _PAUSE_S = 0.5
-_FULL = 1000
+FULL = 1000  # permille
 _LIMIT_S = 60.0
 _CORNER_M = math.hypot(twin.FRONT_M, twin.HALF_WIDTH_M)
 _VERBS = (codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT)
@@ -79,13 +79,13 @@ class Run:
         self._room = task.room
         self._chair = Chair(profile, seed, undisturbed(profile) if straight else None)
         self._chair.place(*task.room.start)
-        self._chair.step(_STEP_S, (0.0, 0.0))
+        self._chair.step(STEP_S, (0.0, 0.0))
         self._inputs = Inputs()
         settings = settings_with(
             {
                 "profile": PROFILES.index(profile),
-                "linear_permille": _FULL,
-                "turn_permille": _FULL,
+                "linear_permille": FULL,
+                "turn_permille": FULL,
             }
         )
         self._obstacles = Obstacles(settings)
@@ -124,14 +124,14 @@ class Run:
             if pressed and blocked:
                 self.outcome.stopped = True
                 pressed, pause_s = False, 0.0
-            self._chair.step(_STEP_S, (self._out[0] / 1000.0, self._out[1] / 1000.0))
+            self._chair.step(STEP_S, (self._out[0] / 1000.0, self._out[1] / 1000.0))
             self._check()
             if pressed and self._way(start) >= self._task.goal:
                 self.outcome.arrived = True
                 self.outcome.took_s = self._now_s - start_s
                 pressed, presses = False, _PRESSES
             if not pressed and self._stands():
-                pause_s += _STEP_S
+                pause_s += STEP_S
                 if presses == _PRESSES or (pause_s > _PAUSE_S and blocked):
                     break
                 if pause_s > _PAUSE_S:
@@ -141,23 +141,23 @@ class Run:
     # -- the parts, in the order of a step ---------------------------------------------------------
 
     def _look_around(self) -> None:
-        self._now_s += _STEP_S
+        self._now_s += STEP_S
         if self._walker is not None and self._task.walker is not None:
             self._walker.x_m, self._walker.y_m = self._task.walker.at(self._now_s)
         if self._rule is None:
             return
         where = (self._chair.x_m, self._chair.y_m, self._chair.heading_deg)
         for eye in self._eyes:
-            eye.step(_STEP_S, where)
+            eye.step(STEP_S, where)
         if self._clearance is not None:
             deliver(self._inputs, self._clearance, self._now_s)
             self._clearance = None
-        if round(self._now_s / _STEP_S) % _LOOK_STEPS == 0 and self._eyes[0].turns:
+        if round(self._now_s / STEP_S) % LOOK_STEPS == 0 and self._eyes[0].turns:
             self._clearance = self._rule.look(self._now_s)
 
     def _decide(self, pressed: bool) -> bool:
         """Ten ticks of the board; True when it blocks the motion."""
-        out = _FULL if pressed else 0
+        out = FULL if pressed else 0
         if self._rule is None:
             self._put_out(out)
             return False
@@ -165,7 +165,7 @@ class Run:
         for _ in range(10):
             self._obstacles.step(self._inputs, *self._out, True, self._trusted)
             blocked = bool(self._obstacles.blocked & (1 << self._direction))
-            out = 0 if blocked or out == 0 else min(_FULL, self._obstacles.caps[self._direction])
+            out = 0 if blocked or out == 0 else min(FULL, self._obstacles.caps[self._direction])
             self._put_out(out)
         return blocked
 
@@ -175,12 +175,12 @@ class Run:
         self._out = (signed, 0) if straight else (0, signed)
 
     def _check(self) -> None:
-        steps = round(self._now_s / _STEP_S)
+        steps = round(self._now_s / STEP_S)
         if self._walker is not None and not self._judged and steps % 10 == 0:
             self._judge_walker()
         speed = fastest(self._chair)
-        self._farther_m -= _STEP_S * (speed + (_WALKER_M_S if self._walker is not None else 0.0))
-        if steps % _CHECK_STEPS or self._farther_m > _NEAR_M:
+        self._farther_m -= STEP_S * (speed + (_WALKER_M_S if self._walker is not None else 0.0))
+        if steps % _CHECK_STEPS or self._farther_m > NEAR_M:
             return
         if speed == 0.0 and self._walker is None:
             return
@@ -213,8 +213,8 @@ class Run:
         room.people = (person,)
         now_s = self._now_s
         while fastest(chair) > MOVING_M_S:
-            now_s += _STEP_S
-            chair.step(_STEP_S, (0.0, 0.0))
+            now_s += STEP_S
+            chair.step(STEP_S, (0.0, 0.0))
             person.x_m, person.y_m = self._task.walker.at(now_s)
             if room.collides(chair.x_m, chair.y_m, chair.heading_deg):
                 return fastest(chair) <= MOVING_M_S

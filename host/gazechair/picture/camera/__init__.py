@@ -3,7 +3,10 @@
 from gazechair.picture.camera.record import Frame
 from gazechair.picture.camera.service import CameraService
 
-__all__ = ["CameraError", "CameraService", "Frame"]
+__all__ = ["SILENT_S", "CameraError", "CameraService", "Frame"]
+
+SILENT_S = 3.0
+"""A camera without a picture for longer than this has failed."""
 
 
 class CameraError(Exception):

@@ -10,11 +10,10 @@ import urllib.request
 from typing import Any
 
 from gazechair.base.latest_value import Latest
-from gazechair.picture.camera import CameraError
+from gazechair.picture.camera import SILENT_S, CameraError
 from gazechair.picture.camera.mjpeg import MjpegParser, NotMjpeg, Part, boundary_of
 from gazechair.picture.camera.record import Frame
 
-_TIMEOUT_S = 3.0
 # A time stamp that is off by more than this is from another machine's clock.
 _OLDEST_STAMP_S = 10.0
 
@@ -48,7 +47,7 @@ def connect(url: str) -> tuple[Any, bytes]:
     # No proxy: the camera is on our own network, whatever the environment sets.
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
     try:
-        response = opener.open(url, timeout=_TIMEOUT_S)
+        response = opener.open(url, timeout=SILENT_S)
     except urllib.error.HTTPError as error:
         raise CameraError(
             f"the camera at {_shown(url)} refuses: {error.code} {error.reason}"
@@ -82,5 +81,5 @@ def read(url: str, newest: Latest[Frame]) -> None:
             if parts:
                 good_s = now_s
                 newest.put(Frame(parts[-1].jpeg, acquired_s(parts[-1], now_s)))
-            elif now_s - good_s > _TIMEOUT_S:
+            elif now_s - good_s > SILENT_S:
                 raise CameraError(f"the camera at {_shown(url)} sends no whole JPEG picture")

@@ -7,11 +7,10 @@ import time
 from typing import Any
 
 from gazechair.base.latest_value import Latest
-from gazechair.picture.camera import CameraError
+from gazechair.picture.camera import SILENT_S, CameraError
 from gazechair.picture.camera.mjpeg import is_jpeg
 from gazechair.picture.camera.record import Frame
 
-_TIMEOUT_S = 3.0
 _POLL_S = 0.005
 
 
@@ -45,7 +44,7 @@ def _copy(pipeline: Any, queue: Any, newest: Latest[Frame]) -> None:
         packet = queue.tryGet()
         now_s = time.monotonic()
         if packet is None:
-            if now_s - good_s > _TIMEOUT_S:
+            if now_s - good_s > SILENT_S:
                 raise CameraError("the OAK camera sends nothing; plug it in again")
             time.sleep(_POLL_S)
             continue

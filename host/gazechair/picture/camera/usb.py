@@ -7,13 +7,12 @@ from contextlib import closing
 from pathlib import Path
 
 from gazechair.base.latest_value import Latest
-from gazechair.picture.camera import CameraError
+from gazechair.picture.camera import SILENT_S, CameraError
 from gazechair.picture.camera.huffman import with_tables
 from gazechair.picture.camera.mjpeg import is_jpeg
 from gazechair.picture.camera.record import Frame
 from gazechair.picture.camera.v4l2 import Capture
 
-_TIMEOUT_S = 3.0
 _WAIT_S = 0.5
 
 
@@ -50,5 +49,5 @@ def read(device: str, width: int, height: int, rate_hz: int, newest: Latest[Fram
                 good_s = now_s
                 taken_s = now_s if picture.taken_s is None else min(picture.taken_s, now_s)
                 newest.put(Frame(with_tables(picture.jpeg[:end]), taken_s))
-            elif now_s - good_s > _TIMEOUT_S:
+            elif now_s - good_s > SILENT_S:
                 raise CameraError(f"{camera.device} sends no whole picture; plug it in again")
