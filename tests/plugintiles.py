@@ -14,9 +14,7 @@ def tiled(person, *rows):
     """The page has taken these plug-ins."""
     offer(person.host, *rows)
     names = [row["names"]["nl"] for row in rows if row["kind"] == "mode"]
-    wait_until(lambda: person.page.locator("#plugin-1").count(), "the tiles")
-    first = names[0] if names else ""
-    wait_until(lambda: person.page.locator("#plugin-1 .label").text_content() == first, first)
+    named(person, names[0] if names else "")
     person.state()
     person.forget()
 
@@ -34,6 +32,13 @@ def moves(person):
             kinds.append(what)
     person.forget()
     return kinds
+
+
+def named(person, name):
+    """Waits until the first tile of the page of modes has this name."""
+    wait_until(lambda: person.page.locator("#plugin-1").count(), "the tiles")
+    label = person.page.locator("#plugin-1 .label")
+    wait_until(lambda: label.text_content() == name, "its tile")
 
 
 def more(person):

@@ -176,6 +176,14 @@ class Driver:
         self.advance(350, look=(0.5, 0.6))
         self.advance(650, look=target)
 
+    def keyed(self, kind: str, key: str, code: str) -> None:
+        """A key event as of a keyboard whose keys have other names while another one is down."""
+        self.page.evaluate(
+            "([kind, key, code]) => document.activeElement.dispatchEvent("
+            "new KeyboardEvent(kind, {key, code, bubbles: true, cancelable: true}))",
+            [kind, key, code],
+        )
+
     def received(self, *kinds: str) -> list[dict[str, Any]]:
         """All messages of these kinds that the page has sent until now."""
         self.host._marks += 1

@@ -24,15 +24,6 @@ def pushed(caretaker):
     assert caretaker.received("drive")[-1]["linear"] == 500
 
 
-def keyed(driver, kind, key, code):
-    """A key event as a keyboard sends it whose keys are called otherwise while another is down."""
-    driver.page.evaluate(
-        "([kind, key, code]) => document.activeElement.dispatchEvent("
-        "new KeyboardEvent(kind, {key, code, bubbles: true, cancelable: true}))",
-        [kind, key, code],
-    )
-
-
 def released(driving):
     """Lets the arrow key come up: the chair is stopped, and stays so."""
     driving.page.keyboard.up("ArrowUp")
@@ -62,10 +53,10 @@ def test_an_arrow_key_that_comes_up_with_another_key_down_stops(driving):
 
 def test_a_key_of_the_keypad_that_comes_up_as_a_digit_stops(caretaker):
     caretaker.state(you=True, owner="caretaker", state="armed")
-    keyed(caretaker, "keydown", "ArrowUp", "Numpad8")
+    caretaker.keyed("keydown", "ArrowUp", "Numpad8")
     caretaker.advance(100)
     assert caretaker.received("drive")[-1]["linear"] == 500
-    keyed(caretaker, "keyup", "8", "Numpad8")
+    caretaker.keyed("keyup", "8", "Numpad8")
     assert caretaker.received("drive", "stop")[-1] == {"k": "stop"}
     caretaker.forget()
     caretaker.advance(500)
@@ -73,9 +64,9 @@ def test_a_key_of_the_keypad_that_comes_up_as_a_digit_stops(caretaker):
 
 
 def test_two_keys_for_one_direction_push_as_one(driving):
-    keyed(driving, "keydown", "ArrowUp", "Numpad8")
+    driving.keyed("keydown", "ArrowUp", "Numpad8")
     driving.advance(100)
-    keyed(driving, "keyup", "8", "Numpad8")
+    driving.keyed("keyup", "8", "Numpad8")
     driving.advance(100)
     assert {sent["linear"] for sent in driving.received("drive")} == {500}
     released(driving)
@@ -164,9 +155,9 @@ def test_a_step_of_the_first_drive_held_by_a_key_ends_when_the_focus_goes(careta
 
 def test_a_button_held_by_space_is_released_by_a_space_of_another_name(caretaker):
     caretaker.page.locator("#bypass").focus()
-    keyed(caretaker, "keydown", " ", "Space")
+    caretaker.keyed("keydown", " ", "Space")
     assert caretaker.received("bypass")
-    keyed(caretaker, "keyup", "\u00a0", "Space")
+    caretaker.keyed("keyup", "\u00a0", "Space")
     ended(caretaker, "bypass")
 
 

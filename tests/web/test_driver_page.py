@@ -174,20 +174,11 @@ def test_an_arrow_key_drives_while_held(driver):
         assert driver.newest()["k"] == "stop"
 
 
-def keyed(driver, kind, key, code):
-    """A key event as a keyboard sends it whose keys are called otherwise while another is down."""
-    driver.page.evaluate(
-        "([kind, key, code]) => document.body.dispatchEvent("
-        "new KeyboardEvent(kind, {key, code, bubbles: true, cancelable: true}))",
-        [kind, key, code],
-    )
-
-
 def test_a_key_of_the_keypad_that_comes_up_as_a_digit_stops(driver):
-    keyed(driver, "keydown", "ArrowUp", "Numpad8")
+    driver.keyed("keydown", "ArrowUp", "Numpad8")
     driver.advance(200)
     assert driver.newest()["verb"] == "forward"
-    keyed(driver, "keyup", "8", "Numpad8")
+    driver.keyed("keyup", "8", "Numpad8")
     assert driver.newest()["k"] == "stop"
     driver.forget()
     driver.advance(500)

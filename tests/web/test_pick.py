@@ -6,7 +6,7 @@ from fakehost import picture
 from pagelooks import OVERFLOWING, REST, on_every_screen
 from patience import wait_until
 from pluginrows import WELL, offer
-from plugintiles import more
+from plugintiles import more, named
 
 pytestmark = pytest.mark.browser
 
@@ -57,9 +57,7 @@ def sent_messages(person):
 def opened(person):
     """Open the view by a dwell on its tile."""
     offer(person.host, LINE)
-    wait_until(lambda: person.page.locator("#plugin-1").count(), "the tiles")
-    name = person.page.locator("#plugin-1 .label")
-    wait_until(lambda: name.text_content() == "Volg lijn", "its tile")
+    named(person, "Volg lijn")
     more(person)
     person.forget()
     person.hover("plugin-1")

@@ -7,7 +7,7 @@ from gazemeasure.go.floor import SWITCHED
 from pagelooks import OVERFLOWING
 from patience import wait_until
 from pluginrows import WELL, offer
-from plugintiles import more
+from plugintiles import more, named
 from webscanner import opened
 
 pytestmark = pytest.mark.browser
@@ -51,9 +51,7 @@ def choosing(page, host):
 
 def chooses(scanner):
     offer(scanner.host, LOOK)
-    wait_until(lambda: scanner.page.locator("#plugin-1").count(), "the tiles")
-    name = scanner.page.locator("#plugin-1 .label")
-    wait_until(lambda: name.text_content() == "Ga waar ik kijk", "its tile")
+    named(scanner, "Ga waar ik kijk")
     more(scanner)
     scanner.choose(["plugin-1"])
     scanner.up()
@@ -188,9 +186,7 @@ def test_who_scans_and_looks_chooses_by_one_dwell(page, host):
 def test_the_bars_are_for_scanning_alone(driver):
     driver.forget()
     offer(driver.host, LOOK)
-    wait_until(lambda: driver.page.locator("#plugin-1").count(), "the tiles")
-    name = driver.page.locator("#plugin-1 .label")
-    wait_until(lambda: name.text_content() == "Ga waar ik kijk", "its tile")
+    named(driver, "Ga waar ik kijk")
     more(driver)
     driver.hover("plugin-1")
     assert driver.data("view") == "pick"
