@@ -2,8 +2,8 @@
 
 import { button, element } from "./elements.js";
 import { post } from "./post.js";
+import { retryPause } from "./retry.js";
 
-const RETRY_MS = 2000;
 /** The newest; open ones are shown whatever their age. */
 const MOST_SHOWN = 12;
 
@@ -57,7 +57,7 @@ export class AlertList {
     }
     if (number !== this.#requests) return;
     if (answer.alerts) this.#show(answer);
-    else setTimeout(() => (this.#revision = null), RETRY_MS);
+    else retryPause().then(() => (this.#revision = null));
   }
 
   #show({ alerts, routes }) {

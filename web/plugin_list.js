@@ -1,8 +1,7 @@
 // All plug-ins on the caretaker's page: inputs and modes, with their state and own messages.
 
 import { pluginTexts } from "./plugins.js";
-
-const RETRY_MS = 2000;
+import { retryPause } from "./retry.js";
 
 /** The list; all rows have the same size. The page also works without its texts. */
 export class PluginList {
@@ -46,7 +45,7 @@ export class PluginList {
     } catch (error) {
       console.warn(`texts about plug-ins: ${error.message}`);
       this.#missing = true;
-      setTimeout(() => this.#load(language), RETRY_MS);
+      retryPause().then(() => this.#load(language));
     }
   }
 

@@ -1,6 +1,7 @@
 // A person's own settings: loaded from the host, changed here, stored by the host.
 
-const RETRY_MS = 2000;
+import { retryPause } from "./retry.js";
+
 const JSON_TYPE = { "Content-Type": "application/json" };
 
 /** The host's profiles, with the chosen one, and the limits of every field. */
@@ -71,7 +72,7 @@ export async function loadProfiles() {
     if (answer.profiles) return new Profiles(answer);
     if (answer.reason === "not_paired") location.assign("/pair");
     console.warn(`/profiles: ${answer.reason}: ${answer.detail}`);
-    await new Promise((resume) => setTimeout(resume, RETRY_MS));
+    await retryPause();
   }
 }
 

@@ -1,8 +1,9 @@
 // The pages' texts: loads strings/<language>.json, looks texts up, fills in labels.
 
+import { retryPause } from "./retry.js";
+
 /** The language of texts that another one lacks. */
 export const HOME = "nl";
-const RETRY_MS = 2000;
 
 /** The language in the address (?lang=en), else `lang` ("en", "en-GB"), else Dutch. */
 export function chosenLanguage(search, lang = HOME) {
@@ -90,6 +91,6 @@ export async function loadStrings(lang, more) {
     } catch (error) {
       console.warn("strings", error);
     }
-    await new Promise((resume) => setTimeout(resume, RETRY_MS));
+    await retryPause();
   }
 }

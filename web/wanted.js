@@ -1,8 +1,8 @@
 // Loads parts of the driver's page on demand; reports missing ones.
 
 import { setText } from "./dom.js";
+import { retryPause } from "./retry.js";
 
-const RETRY_MS = 2000;
 /** Names of the requested parts that have not loaded yet. */
 const missing = new Set();
 
@@ -18,7 +18,7 @@ export async function fetchPart(name, more) {
       console.warn(name, error);
       missing.add(name);
     }
-    await new Promise((resume) => setTimeout(resume, RETRY_MS));
+    await retryPause();
   }
 }
 
