@@ -27,8 +27,9 @@ from gazechair.picture.floor_store import FloorStore
 from gazechair.sensing.lidar.recorded import BEAMS
 from gazechair.web.page_client import decode
 from gazelink import codes
-from gazesim.chair_rig import ChairRig
+from gazesim.chair_rig import CLEARANCE_MS, ChairRig
 from gazesim.floor_view import Eye, Floor, FloorView
+from gazesim.lockstep_host import UPDATE_MS
 from gazesim.lockstep_link import LockstepLink
 from gazesim.lockstep_page import Page
 from measuredchair import Measured
@@ -37,7 +38,7 @@ AHEAD_MM = 1500
 EYE = Eye(640, 480, field_deg=68.0, height_m=1.21, down_deg=27.0, left_deg=2.0, forward_m=0.25)
 _MARKS_CM = [(120, 30), (120, -30), (180, 50), (180, -50), (250, 70), (250, -70), (200, 0)]
 _CHAIR_MM, _WALL_MM = 220, 3000
-_CLEARANCE_MS, _UPDATE_MS, _SCAN_MS = 50, 25, 500
+_SCAN_MS = 500
 _TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _HIDDEN_DEG = 124
 
@@ -147,7 +148,7 @@ class FirstDriveRig(ChairRig):
         now_ms = self.now_ms
         for page in (self.caretaker, self.driver):
             page.one_ms(now_ms)
-        if self._holding and now_ms % _UPDATE_MS == 0:
+        if self._holding and now_ms % UPDATE_MS == 0:
             self._say_held(self._holding)
         while self.inbox:
             client, text = self.inbox.popleft()
@@ -155,7 +156,7 @@ class FirstDriveRig(ChairRig):
             assert isinstance(message, dict)
             self.refusals += [r["reason"] for r in self.control.receive(client, message)]
         self.link.one_ms()
-        if self.sees and now_ms % _CLEARANCE_MS == 0:
+        if self.sees and now_ms % CLEARANCE_MS == 0:
             # As with one lidar in front: no turn is seen whole.
             clearance = Clearance(
                 0, codes.SIMULATED, self.now_s() - 0.02, unseen=_TURNS, forward_mm=AHEAD_MM
@@ -163,7 +164,7 @@ class FirstDriveRig(ChairRig):
             self.steering.clearance(self.guide.seen(clearance))
         if now_ms % _SCAN_MS == 0:
             self.guide.scan("lidar", self.now_s(), scan())
-        if now_ms % _UPDATE_MS == 0:
+        if now_ms % UPDATE_MS == 0:
             self.steering.update()
             self.guide.look()
         self.watch()

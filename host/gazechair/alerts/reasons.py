@@ -77,5 +77,5 @@ REASONS: Mapping[str, Reason] = {
             _of("host_hot", SYSTEM, EXTRA_S),
         ]
     ),
-    "tilt": Reason(STUCK, 5.0, ANYONE),  # turned over
+    "tilt": Reason(STUCK, LASTED_S, ANYONE),  # turned over
 }

@@ -15,7 +15,7 @@ from gazechair.sensing.mapping.stored.ros_map import RosMapError
 from gazechair.sensing.mapping.stored.store import ACTS, MapStore, Stored
 from gazechair.sensing.mapping.worker import KNOW, MAKE, SAVE
 
-_OLD_S = 1.0  # a pose
+_POSE_OLD_S = 1.0
 
 
 class MapDesk:
@@ -48,7 +48,7 @@ class MapDesk:
     def where(self) -> dict[str, Any] | None:
         """The chair's pose in its map; None: not known."""
         entry = self._service.latest.entry() if self._service is not None else None
-        if entry is None or time.monotonic() - entry.born_s > _OLD_S:
+        if entry is None or time.monotonic() - entry.born_s > _POSE_OLD_S:
             return None
         one = entry.value
         return {

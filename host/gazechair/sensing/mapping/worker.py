@@ -40,7 +40,7 @@ _STORED_S = 1.0  # from one look at the folder to the next
 _PICTURE_S = 2.0
 _EAGER_S = 20.0  # full search effort for this long after the pose was known, or the maps changed
 _SHARES = 1.0, 0.15  # of a core for searching: during that time, and later
-_OLD_S = 1.0  # an estimate
+_ESTIMATE_OLD_S = 1.0
 
 log = logging.getLogger(__name__)
 
@@ -206,7 +206,7 @@ class Worker:
 
     def _gets_nothing(self) -> bool:
         """Whether odometry sends nothing: it has no scans, or does not run."""
-        return self._newest is None or self._clock() - self._newest.time_s > _OLD_S
+        return self._newest is None or self._clock() - self._newest.time_s > _ESTIMATE_OLD_S
 
     def _draw(self, making: Making) -> None:
         if len(making.keys) == self._drawn:
