@@ -10,6 +10,7 @@ from unittest import mock
 from gazechair.alerts.service import LOOK_S, Alerts
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.config.settings import Config
+from gazechair.driving import arbiter
 from gazechair.driving.control import HEARTBEAT_MS, Control
 from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.people.profiles import Profiles, house_fields
@@ -17,11 +18,12 @@ from gazelink import codes
 from gazemeasure.obstacles.firmware import DENSE, Eyes
 from gazereplay.recording import WALL_NS, Recording
 from gazesim.chair_rig import ChairRig
-from gazesim.lockstep_host import GATHER_MS, UPDATE_MS
 from gazesim.lockstep_link import LockstepLink
-from gazesim.lockstep_page import BEAT_MS
 
+_UPDATE_MS = round(1000 * arbiter.LOOK_S)
+_BEAT_MS = 100
 _LOOK_MS = round(1000 * LOOK_S)
+_GATHER_MS = 20
 _KEEP_MS = 1000
 _READY_MS = 8000
 _STOP = {"k": "stop"}
@@ -56,7 +58,7 @@ class Page:
 
     def one_ms(self, now_ms: int) -> None:
         """One millisecond of the page."""
-        if now_ms % BEAT_MS == 0:
+        if now_ms % _BEAT_MS == 0:
             self.say(k="hb")
         if self._held and now_ms % HEARTBEAT_MS == 0:
             self.say(**self._held)
@@ -94,7 +96,7 @@ class Host:
         self.alerts.watch(self.control)
         self.driver = Page(self, "driver")
         self.caretaker = Page(self, "caretaker")
-        self._eyes = Eyes(gather_ms=GATHER_MS)
+        self._eyes = Eyes(gather_ms=_GATHER_MS)
         self.link.on_zone = self._eyes.receive
         chair.world.lidar.receive(DENSE)
 
@@ -104,7 +106,7 @@ class Host:
         seen = self._eyes.step(self._chair.scanned, now_ms)
         if seen is not None:
             self.control.clearance(seen)
-        if now_ms % UPDATE_MS == 0:
+        if now_ms % _UPDATE_MS == 0:
             self.control.update()
         if now_ms % _LOOK_MS == 0:
             self.alerts.look()
