@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from statistics import median
+from typing import Any
 
 from playwright.sync_api import Page, sync_playwright
 
@@ -20,7 +21,15 @@ from gazedemo.browser import OPTIONS
 from gazelink import codes
 from gazemeasure.obstacles.firmware import SeeingChair
 from gazemeasure.report import Report
-from gazemeasure.scanning_person import Gazer, Person, Switcher, Way
+from gazemeasure.scanning_person import (
+    PRESS_S,
+    PRESS_SD_S,
+    SCAN_S,
+    Gazer,
+    Person,
+    Switcher,
+    Way,
+)
 from gazesim import chair as twin
 from gazesim.random_rooms import door_task
 from gazesim.rooms import Room
@@ -103,8 +112,10 @@ def measure(quick: bool) -> Report:
         browser.close()
     report.note("presses: closings of the switch, or dwells that began a motion. seconds: from the")
     report.note("first light or look until the whole chair is behind the wall. One switch: rows,")
-    report.note("scan time 1.5 s, the person presses 0.98 s (sd 0.26 s) after the light; gaze:")
-    report.note("dwell 0.6 s. Chair: speed profile 3.1, the board's own settings.")
+    pressed = f"{PRESS_S:.2f} s (sd {PRESS_SD_S:.2f} s)"
+    report.note(f"scan time {SCAN_S:g} s, the person presses {pressed} after the light; gaze:")
+    dwell_s = _defaults()["dwell_ms"] / 1000
+    report.note(f"dwell {dwell_s:g} s. Chair: speed profile {_PROFILE}, the board's own settings.")
     return report
 
 
@@ -137,9 +148,9 @@ class _Run:
         self._mode = codes.MODES.index(_MODES[way])
         page.route(f"{_ORIGIN}**", lambda route: route.fulfill(**_file(route.request.url)))
         page.goto(_ORIGIN)
-        mine = {name: field.default for name, field in fields(["en"], {}).items()}
         scan = "rows" if isinstance(person, Switcher) else "off"
-        page.evaluate(_BEGIN, [mine | {"scan": scan}, _MODES[way]])
+        mine = _defaults() | {"scan": scan, "scan_ms": round(1000 * SCAN_S)}
+        page.evaluate(_BEGIN, [mine, _MODES[way]])
 
     def __call__(self) -> Passage:
         """Run it to the end."""
@@ -179,6 +190,11 @@ class _Run:
             self._chair.press(_VERBS[what], self._mode)
         self._person.receives(what, edge, now_s, self._way)
         self._sent_ms = self._chair.now_ms
+
+
+def _defaults() -> dict[str, Any]:
+    """A new person's profile."""
+    return {name: field.default for name, field in fields(["en"], {}).items()}
 
 
 def _file(url: str) -> dict[str, str]:

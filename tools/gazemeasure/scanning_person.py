@@ -19,7 +19,7 @@ from typing import Protocol
 from gazesim import chair as twin
 
 SCAN_S = 1.5
-_PRESS_S, _PRESS_SD_S = 0.65 * SCAN_S, 0.35 * SCAN_S / 2
+PRESS_S, PRESS_SD_S = 0.65 * SCAN_S, 0.35 * SCAN_S / 2
 _LOOK_S, _LOOK_SD_S = 0.35, 0.1
 _LEAVE_S = 0.2  # grace after looking away
 _COAST_S = 0.2  # the chair's own delay
@@ -174,7 +174,7 @@ class Person:
 class Switcher(Person):
     """Presses the space bar when the wanted target is lit."""
 
-    mean_s, sd_s, more_s = _PRESS_S, _PRESS_SD_S, 0.04
+    mean_s, sd_s, more_s = PRESS_S, PRESS_SD_S, 0.04
 
     def __init__(self, seed: int, holds: bool) -> None:
         super().__init__(seed, holds)

@@ -19,11 +19,21 @@ from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.lidar.stream import stream_figures
 from gazemeasure.obstacles.arcs import ArcTrial, arc_trial
+from gazemeasure.obstacles.eyes import RAYS
 from gazemeasure.obstacles.firmware import firmware_run
-from gazemeasure.obstacles.run import NONE, OURS, PROTOTYPE, Outcome, Run
+from gazemeasure.obstacles.run import (
+    LOOK_STEPS,
+    NONE,
+    OURS,
+    PROTOTYPE,
+    STEP_S,
+    Outcome,
+    Run,
+)
 from gazemeasure.obstacles.wire import wire_figures
 from gazemeasure.pools import PROCESSES
 from gazemeasure.report import Report
+from gazesim.lidar_noise import MISSING, NOISE_M
 from gazesim.random_rooms import Task, door_task, task, wall_task
 
 _SHARES = ("door", "way", "room", "room", "room")
@@ -76,9 +86,12 @@ def measure(quick: bool) -> Report:
     report.add("whole firmware: collisions", sum(one.collided for one in whole), "", 0)
     wire_figures(report, quick)
     stream_figures(report, quick)
-    report.note("runs: board's decision at 1 kHz, chair at 100 Hz, mirror at 50 Hz with 800 rays a")
-    report.note("turn of a true 3200, 6 mm noise, 0.3 % lost, clearance 20 Hz (true: 40 Hz). Full")
-    report.note("deflection, every profile, the board trusting the profile in half of the runs.")
+    chair_hz, clearance_hz = 1.0 / STEP_S, 1.0 / (STEP_S * LOOK_STEPS)
+    noise = f"{1000 * NOISE_M:g} mm noise, {100 * MISSING:g} % lost"
+    report.note(f"runs: board's decision at 1 kHz, chair at {chair_hz:g} Hz, mirror at 50 Hz with")
+    report.note(f"{RAYS} rays a turn of a true 3200, {noise}, clearance {clearance_hz:g} Hz")
+    report.note("(true: 40 Hz). Full deflection, every profile, the board trusting the profile in")
+    report.note("half of the runs.")
     report.note("Forward: one lidar in front; other motions: one on each of two opposite corners.")
     report.note(
         "Arcs: a proportional stick past posts, walls and furniture; every other run one stick"
