@@ -40,6 +40,25 @@ def test_a_mirror_is_found_and_nothing_else_is_taken_for_one() -> None:
     assert outside_of(home, occupancy_of(without_mirrored(keys, grid))) < 30
 
 
+@pytest.mark.parametrize(
+    "number",
+    [
+        pytest.param(6, id="at its end nothing is seen"),
+        pytest.param(14, id="few beams cross a bin, and some of them match nothing"),
+    ],
+)
+def test_a_mirror_is_found_where_little_is_seen_of_its_wall(number: int) -> None:
+    home, keys, grid = seen(number)
+    (true,) = (solid.corners for solid in home.solids() if solid.material == MIRROR)
+    (mirror,) = found(keys, grid)
+    low, high = np.min(true, axis=0), np.max(true, axis=0)
+    axis = mirror.axis
+    assert low[axis] - 0.06 < mirror.at_m < high[axis] + 0.06
+    assert low[1 - axis] - 0.1 < mirror.low_m < mirror.high_m < high[1 - axis] + 0.1
+    assert outside_of(home, grid) > 10
+    assert outside_of(home, occupancy_of(without_mirrored(keys, grid))) == 0
+
+
 def outside_of(home: Home, grid: OccupancyGrid) -> int:
     """How many occupied cells lie outside of the home."""
     rows = home.segments(0.25).reshape(-1, 2)

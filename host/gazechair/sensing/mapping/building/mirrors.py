@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gazechair.base.arrays import BoolArray, FloatArray
+from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.base.poses import to_frame
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, marked
@@ -22,8 +22,8 @@ _LINE_M = 0.025  # from one line to the next
 _BEHIND_M = 0.12  # ends nearer behind a line are ignored
 _NEAR_M = 0.075  # an end this near to a known surface lies on it
 _BIN_M = 0.05
-_LEAST_ENDS = 1  # of beams in a bin
-_MATCHED = 0.9
+_MATCHED = 0.9  # of the beams that cross a bin
+_AROUND, _MATCHED_AROUND = 2, 0.85  # bins at each side, and of the beams that cross all of them
 _SHORTEST_M, _LONGEST_M = 0.3, 3.0
 _DEEP_M = 0.4  # average depth of the room behind: less is a niche, or something at the wall
 _SPREAD_M = 0.4  # of the depths: a single wall may lie as far behind as another does in front
@@ -123,12 +123,8 @@ def _on_line(
     matched = known.at(behind)
     begin_m = float(along.min())
     bins = ((along - begin_m) / _BIN_M).astype(np.int64)
-    count = np.bincount(bins)
-    share = np.bincount(bins, matched) / np.maximum(count, 1)
-    good = (count >= _LEAST_ENDS) & (share >= _MATCHED)
-    edges = np.flatnonzero(np.diff(np.pad(good, 1).astype(np.int8)))
     mirrors = []
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
+    for first, last in _stretches(bins, matched):
         low_m, high_m = begin_m + first * _BIN_M, begin_m + last * _BIN_M
         inside = (bins >= first) & (bins < last)
         if not _SHORTEST_M <= high_m - low_m <= _LONGEST_M or inside.sum() < _LEAST_BEAMS:
@@ -136,7 +132,7 @@ def _on_line(
         if depth[inside].mean() < _DEEP_M or depth[inside].std() < _SPREAD_M:
             continue
         mirror = Mirror(axis, at_m, low_m, high_m, side, int(matched[inside].sum()))
-        if not _hangs(mirror, known):
+        if not _hangs(mirror, known, along):
             continue
         # Walls at right angles to the line match themselves when reflected at any line.
         elsewhere = []
@@ -151,18 +147,39 @@ def _on_line(
     return mirrors
 
 
-def _hangs(mirror: Mirror, known: _Known) -> bool:
-    """Whether a wall continues at both of its ends."""
+def _stretches(bins: IntArray, matched: BoolArray) -> set[tuple[int, int]]:
+    """Stretches of bins in which nearly all beams match: (first, first that is not in it).
+
+    Each bin alone, and with those beside it: few beams cross one, and people and furniture that
+    has moved match nothing.
+    """
+    count, matches = np.bincount(bins), np.bincount(bins, matched)
+    found = set()
+    for wide, share in ((1, _MATCHED), (2 * _AROUND + 1, _MATCHED_AROUND)):
+        ones, cut = np.ones(wide), slice(wide // 2, wide // 2 + len(count))
+        enough = np.convolve(matches, ones)[cut] >= share * np.convolve(count, ones)[cut]
+        edges = np.flatnonzero(np.diff(np.pad((count > 0) & enough, 1).astype(np.int8)))
+        found |= set(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return found
+
+
+def _hangs(mirror: Mirror, known: _Known, through: FloatArray) -> bool:
+    """Whether a wall continues at an end of it, and nothing else is seen at the other.
+
+    `through`: where beams that end behind the line cross it.
+    """
     beside = np.arange(0.5 * _BIN_M, _WALL_M, 0.5 * _BIN_M)
+    walls, closed = [], []
     for along in (mirror.low_m - beside, mirror.high_m + beside):
         wall = np.zeros(len(along), dtype=bool)
         for behind_m in _BEHIND_WALL_M:
             at = np.full(len(along), mirror.at_m - mirror.side * behind_m)
             places = np.stack((at, along) if mirror.axis == 0 else (along, at), axis=1)
             wall |= known.at(places)
-        if wall.mean() < _WALL_SHARE:
-            return False
-    return True
+        seen = (np.abs(along[:, None] - through) < 0.5 * _BIN_M).any(axis=1)
+        walls.append(wall.mean())
+        closed.append((wall | ~seen).mean())
+    return bool(max(walls) >= _WALL_SHARE and min(closed) >= _WALL_SHARE)
 
 
 def _driven(mirror: Mirror, track: FloatArray) -> BoolArray:
