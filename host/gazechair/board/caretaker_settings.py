@@ -5,11 +5,10 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from gazechair.base.refused import Refused
-from gazechair.board.events import SettingReply
-from gazechair.board.state import BoardState
+from gazechair.board.setting_request import Link, ask
 from gazelink import codes
 from gazelink.settings_table import PROFILES, TABLE, index_of
 
@@ -36,15 +35,6 @@ class ChangeRefused(Refused):
     def __init__(self, reason: str, detail: str, unheard: bool = False) -> None:
         super().__init__(reason, detail)
         self.unheard = unheard
-
-
-class Link(Protocol):
-    """What this needs from the link to the board (gazechair.board.link.BoardLink)."""
-
-    def state(self) -> BoardState | None: ...
-    def setting(
-        self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
-    ) -> SettingReply | None: ...
 
 
 class CaretakerSettings:
@@ -139,19 +129,14 @@ class CaretakerSettings:
         return found
 
     def _ask(self, request: int, index: int = 0, value: int = 0) -> int:
-        unheard = False
-        for _ in range(_TRIES):
-            if self._link.state() is None:
-                break
-            reply = self._link.setting(request, index, value, _ANSWER_S)
-            if reply is None or (reply.request, reply.index) != (request, index):
-                unheard = True
-                continue
-            if reply.refused:
-                name = str(codes.reason_name(reply.refused))
-                raise ChangeRefused(name, f"the board refuses {TABLE[index][0]}: {name}", unheard)
-            return reply.value
-        raise ChangeRefused("not_connected", "the board does not answer", unheard)
+        answer = ask(self._link, request, index, value, tries=_TRIES, answer_s=_ANSWER_S)
+        if answer.value is not None:
+            return answer.value
+        if not answer.refused:
+            raise ChangeRefused("not_connected", "the board does not answer", answer.unheard)
+        name = str(codes.reason_name(answer.refused))
+        detail = f"the board refuses {TABLE[index][0]}: {name}"
+        raise ChangeRefused(name, detail, answer.unheard)
 
 
 def _checked(name: str, value: object) -> tuple[int, int]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from gazechair.base.user_error import UserError
 from gazechair.board.link import BoardLink
+from gazechair.board.setting_request import ask
 from gazechair.board.state import BoardState
 from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of
@@ -99,16 +100,13 @@ class BoardSettings:
         self._ask(codes.SETTING_SAVE_HEADING)
 
     def _ask(self, request: int, index: int = 0, value: int = 0) -> int:
-        what, unheard = codes.SETTING_REQUESTS[request], False
-        for _ in range(_TRIES):
-            reply = self._link.setting(request, index, value)
-            if reply is None or (reply.request, reply.index) != (request, index):
-                unheard = True
-                continue
-            if reply.refused:
-                reason = _REFUSALS.get(reply.refused, codes.reason_name(reply.refused))
-                text = f"{what} {NAMES[index]} refused: {reason}"
-                raise SettingRefused(text, reply.refused, unheard)
-            return reply.value
+        what = codes.SETTING_REQUESTS[request]
+        answer = ask(self._link, request, index, value, tries=_TRIES)
+        if answer.value is not None:
+            return answer.value
+        if answer.refused:
+            reason = _REFUSALS.get(answer.refused, codes.reason_name(answer.refused))
+            text = f"{what} {NAMES[index]} refused: {reason}"
+            raise SettingRefused(text, answer.refused, answer.unheard)
         text = "{what}: the board does not answer; is its firmware of this version?"
         raise SettingsError(text, "board_no_answer", what=what)

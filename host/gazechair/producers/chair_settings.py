@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from gazechair.board.events import SettingReply
-from gazechair.board.state import BoardId, BoardState
+from gazechair.board import setting_request
+from gazechair.board.state import BoardId
 from gazechair.going.chair_numbers import ChairNumbers
 from gazelink import codes
 from gazelink.settings_table import index_of
@@ -19,14 +19,10 @@ _AGAIN_S = 5.0  # while driving is off
 _RETRY_S = 1.0  # while driving is on and the board has not answered
 
 
-class Link(Protocol):
+class Link(setting_request.Link, Protocol):
     """What this needs from the link to the board."""
 
-    def state(self) -> BoardState | None: ...
     def board(self) -> BoardId | None: ...
-    def setting(
-        self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
-    ) -> SettingReply | None: ...
 
 
 class ChairSettings:
@@ -83,9 +79,10 @@ class _Answers(dict[str, int]):
         self._link = link
 
     def __missing__(self, name: str) -> int:
-        index = index_of(name)
-        reply = self._link.setting(codes.SETTING_GET, index, 0, _ANSWER_S)
-        if reply is None or reply.refused or reply.index != index:
+        answer = setting_request.ask(
+            self._link, codes.SETTING_GET, index_of(name), tries=1, answer_s=_ANSWER_S
+        )
+        if answer.value is None:
             raise KeyError(name)
-        self[name] = reply.value
-        return reply.value
+        self[name] = answer.value
+        return answer.value
