@@ -29,7 +29,7 @@ _DEEP_M = 0.4  # average depth of the room behind: less is a niche, or something
 _SPREAD_M = 0.4  # of the depths: a single wall may lie as far behind as another does in front
 _LEAST_BEAMS = 60
 _OFF_M, _SHARPER = 0.15, 0.3  # at a line this far off, this share fewer match
-_WALL_M, _WALL_SHARE = 0.35, 0.6  # a wall continues this far at both ends
+_WALL_M, _WALL_SHARE = 0.35, 0.6  # this far from an end, a wall continues or nothing is seen
 _BEHIND_WALL_M = 0.0, 0.1  # a mirror hangs before its wall
 _WIDER_M = 0.1  # than what was found
 
