@@ -136,9 +136,11 @@ class Follower:
         """Drop the path."""
         self._way = None
 
-    def moved(self, stick: Stick, speed_m_s: float | None, rate_deg_s: float | None) -> None:
-        """What the board put out in the last period, and how the chair moves now."""
-        self._linear.put_out(stick.linear_permille, PERIOD_S, speed_m_s)
+    def moved(
+        self, stick: Stick, speed_m_s: float | None, rate_deg_s: float | None, old_s: float = 0.0
+    ) -> None:
+        """What the board put out in the last period, and how the chair moved `old_s` ago."""
+        self._linear.put_out(stick.linear_permille, PERIOD_S, speed_m_s, old_s)
         self.undriven_s = 0.0 if stick.linear_permille else self.undriven_s + PERIOD_S
         asked = self._last_stick
         curved = bool(asked.linear_permille and asked.turn_permille)
@@ -146,7 +148,7 @@ class Follower:
         self._vain_s = self._vain_s + PERIOD_S if curved and stick == STOP else 0.0
         if not stick.linear_permille:  # go on gently
             self._pace.held(self._linear.speed)
-        self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
+        self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s, old_s)
         self._spot.let_out(stick.turn_permille)
         if _on_spot(stick) and _on_spot(asked):
             self._let_deg_s = self._numbers.turned_deg_s(stick.turn_permille)

@@ -150,8 +150,8 @@ class Mission:
     def step(self, now_s: float, put_out: Stick) -> Stick:
         """The stick for the next 50 ms. `put_out`: what the board has put out since."""
         at = self._located
-        speeds = (None, None) if at is None else (at.speed_m_s, at.rate_deg_s)
-        self._follower.moved(put_out, *speeds)
+        moves = (None, None) if at is None else (at.speed_m_s, at.rate_deg_s, now_s - at.time_s)
+        self._follower.moved(put_out, *moves)
         self._recovery.put_out(put_out)
         self._recovery.requested = self._step(now_s, put_out)
         return self._recovery.requested
