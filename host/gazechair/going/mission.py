@@ -182,7 +182,8 @@ class Mission:
         most_m_s = speed_within(self._free_m)
         stick = self._follower.step(pose, most_m_s, self._ahead.room_m, self._ahead.straight_m)
         if self._planning.busy or self._wants_plan:
-            return STOP if self._follower.arrived or self._follower.lost_way else stick
+            over = self._follower.arrived or self._follower.lost_way
+            return STOP if over else self._recovery.meanwhile(stick, now_s)
         if self._follower.arrived:
             if self._nearer < _NEARER and self._gap_m(pose) > ARRIVED_M:
                 self._nearer += 1
@@ -244,6 +245,7 @@ class Mission:
         else:
             self._follower.take(found, pose)
         self.way, self._way_to = found, self.goal
+        self._recovery.another_path()
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
         if hurried and not self._wants_plan:

@@ -391,5 +391,5 @@ def test_where_it_comes_back_to_and_is_refused_again_is_as_good_as_shut(chair: G
     mission, (x_m, y_m, heading) = chair.mission, chair.pose
     here, aside = (x_m, y_m, heading), (x_m, y_m, heading - 0.8)
     for pose in (here, aside, here, aside):
-        mission._recovery.refuse(pose, False, shut=False)
+        mission._recovery.refused.add(pose, False, shut=False)
     assert [one.price_s for one in mission._recovery.refused.all] == [12.0, 12.0, 60.0, 60.0]
