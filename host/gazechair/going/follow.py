@@ -149,7 +149,7 @@ class Follower:
         if not stick.linear_permille:  # go on gently
             self._pace.held(self._linear.speed)
         self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s, old_s)
-        self._spot.let_out(stick.turn_permille)
+        self._spot.let_out(0 if stick.linear_permille else stick.turn_permille)
         if _on_spot(stick) and _on_spot(asked):
             self._let_deg_s = self._numbers.turned_deg_s(stick.turn_permille)
 

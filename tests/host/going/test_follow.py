@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gazechair.going.follow import STOP, Follower, Stick
+from gazechair.going.pace import PERIOD_S
 from gazechair.going.plan import Way
 from gazemeasure.obstacles.attack import KINDS, AttackedChair
 from gazemeasure.turn.board import settings_with
@@ -170,6 +171,23 @@ def test_it_has_arrived_when_the_turn_runs_out_at_the_heading() -> None:
     for _ in range(150):
         chair.step(0.01, (0.0, 0.0))
     assert chair.heading_deg == pytest.approx(90.0, abs=2.5)
+
+
+def test_a_curve_tells_nothing_about_the_output_of_a_turn_on_the_spot() -> None:
+    """It took a curve's small output for that of the turn, and requested it far too long."""
+    follower = following(80, WIDE_M)
+    for _ in range(10):
+        follower.moved(Stick(600, 60), 0.2, 1.0)
+    for _ in range(40):
+        follower.moved(STOP, 0.0, 0.0)
+    follower.take(Way(np.array([(1.0, 0.0), (1.01, 0.0)]), math.radians(4.0)), (1.0, 0.0, 0.0))
+    asked = longest = 0
+    for _ in range(40):
+        stick = follower.step((1.0, 0.0, 0.0), math.inf, WIDE_M)
+        asked = asked + 1 if stick.turn_permille > 0 else 0
+        longest = max(longest, asked)
+        follower.moved(STOP, 0.0, 0.0)
+    assert 0 < longest * PERIOD_S < 0.8
 
 
 def test_after_a_leg_that_ends_early_it_aims_at_the_next_vertex_from_where_it_is() -> None:
