@@ -168,7 +168,7 @@ def ok(*of: Redirected) -> bool:
 
 
 def test_half_a_second_is_the_limit_beyond_what_the_chair_alone_takes() -> None:
-    assert ok(done(), done(GOES_ON), done(TURNS, 0.9), *(done(how, 1.1) for how in SLOW))
+    assert ok(done(), done(GOES_ON), done(TURNS, 0.9), *(done(how, 1.0) for how in SLOW))
     for how in (GOES_ON, CURVES):
         assert not ok(done(), done(how, 0.6))
     for how in (TURNS, *SLOW):

@@ -21,7 +21,7 @@ PERSON, OBSTACLE, STANDS = "going_person", "going_obstacle", "going_stands"
 END_LEG, PLAN, GIVE_UP = "end the leg here", "plan again", "give up"
 _NEAR_PERSON_M = 2.6
 _NO_TURN_S, _OTHER_WAY_S = 1.8, 1.5
-_GO_ROUND_S, _SEEN_S = 3.0, 0.8
+_GO_ROUND_S, _SEEN_S = 2.8, 0.8
 _SAYS_S = 1.0
 # Beside things the board permits no turn to a chair that may still roll by its upper bound of the
 # speed, which is 1.8 s after the last output at most. Until then nothing is refused for good.

@@ -31,7 +31,7 @@ import numpy as np
 from gazechair.going.bends import RATE_RAD_S
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.mission import PLANNING
-from gazechair.going.pace import ACCELERATE_M_S2, JERK_M_S3
+from gazechair.going.pace import ACCELERATE_M_S2, JERK_M_S3, START_M_S2
 from gazechair.going.plan import Pose, Way
 from gazelink.settings_table import PROFILES, TABLE
 from gazemeasure.go import missions, rows, scenes
@@ -272,7 +272,7 @@ def floor_s(profile: str, how: str) -> float:
     chair.step(_TICK_S, (0.0, 0.0))
     for _ in range(round(_SETTLES_S / _TICK_S)):
         chair.step(_TICK_S, (begins[0] / 1000.0, begins[1] / 1000.0))
-    speed = acceleration = at_s = 0.0
+    speed, acceleration, at_s = 0.0, START_M_S2, 0.0
     while at_s < _SETTLES_S:
         acceleration = min(ACCELERATE_M_S2, acceleration + JERK_M_S3 * _TICK_S)
         speed += acceleration * _TICK_S
