@@ -19,7 +19,7 @@ from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.people import speed_within
-from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
+from gazechair.going.plan import ARRIVED_M, NO_WAY, NoPath, Path, Planner, Pose
 from gazechair.going.planning import Planned, Planning, Submit
 from gazechair.going.recovery import END_LEG, GIVE_UP, PLAN, Recovery, Verdict
 from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
@@ -57,7 +57,7 @@ class Mission:
     state: str = IDLE
     reason: str = ""
     goal: Pose | tuple[float, float] | None = None
-    way: Way | None = None
+    path: Path | None = None
     plans: int = 0
     cap_permille: int = 1000
     """The speed cap: the highest output of each axis."""
@@ -68,7 +68,7 @@ class Mission:
     _hit_since_s: float | None = None
     _shut_since_s: float | None = None
     """Since when no plan has led past the obstacle ahead; None: nothing shuts the path."""
-    _way_to: Pose | tuple[float, float] | None = None
+    _path_to: Pose | tuple[float, float] | None = None
     """Goal of the path that it follows."""
     _gave_up_s: float = 0.0
     _went_round_s: float = -math.inf
@@ -111,9 +111,9 @@ class Mission:
         return self.state == DRIVING and self._follower.turns_on_spot
 
     @property
-    def way_to_goal(self) -> Way | None:
+    def path_to_goal(self) -> Path | None:
         """Its path; None while it follows only the path to the goal before, or none."""
-        return self.way if self._way_to == self.goal else None
+        return self.path if self._path_to == self.goal else None
 
     @property
     def left_m(self) -> float:
@@ -166,7 +166,7 @@ class Mission:
         if self.state == LOST:
             self.state, self.reason = DRIVING, ""
             self._recovery.moves()
-            if self._way_to != self.goal or self._planning.busy:
+            if self._path_to != self.goal or self._planning.busy:
                 self._ask_plan()
         if not self.numbers.drives_within(self.cap_permille):
             self._give_up(LIMIT, now_s)
@@ -182,7 +182,7 @@ class Mission:
         most_m_s = speed_within(self._free_m)
         stick = self._follower.step(pose, most_m_s, self._ahead.room_m, self._ahead.straight_m)
         if self._planning.busy or self._wants_plan:
-            over = self._follower.arrived or self._follower.lost_way
+            over = self._follower.arrived or self._follower.lost_path
             return STOP if over else self._recovery.meanwhile(stick, now_s)
         if self._follower.arrived:
             if self._nearer < _NEARER and self._gap_m(pose) > ARRIVED_M:
@@ -191,7 +191,7 @@ class Mission:
                 return STOP
             self.state, self.reason = ARRIVED, ""
             return STOP
-        if self._follower.lost_way:
+        if self._follower.lost_path:
             self._ask_plan()
             return STOP
         stick = STOP if self._follower.turns_on_spot and self._free_m < 0.05 else stick
@@ -230,7 +230,7 @@ class Mission:
         hit, self._hit_since_s = self._hit_since_s is not None, None
         if self._may_open(found, hit, now_s):
             return
-        if isinstance(found, NoWay):
+        if isinstance(found, NoPath):
             self._give_up(found.reason, now_s)
             return
         self._shut_since_s = None
@@ -244,14 +244,14 @@ class Mission:
                 return
         else:
             self._follower.take(found, pose)
-        self.way, self._way_to = found, self.goal
+        self.path, self._path_to = found, self.goal
         self._recovery.another_path()
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
         if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
 
-    def _roll_into(self, found: Way, pose: Pose) -> Way | None:
+    def _roll_into(self, found: Path, pose: Pose) -> Path | None:
         """Follow the path, bent into where the chair rolls; None: a turn to it has no room."""
         self._checked_s = -math.inf  # whoever walks there was not in the path before
         rolling = self._follower.rolling(pose)
@@ -270,31 +270,31 @@ class Mission:
 
     def _is_better(self, found: Planned) -> bool:
         """Whether it is worth leaving the present path, which leads to the same goal, for it."""
-        if isinstance(found, NoWay) or self.way is None:
+        if isinstance(found, NoPath) or self.path is None:
             return False
-        return found.cost_s < self.way.cost_s - _BETTER_S
+        return found.cost_s < self.path.cost_s - _BETTER_S
 
     def _may_open(self, found: Planned, hit: bool, now_s: float) -> bool:
         """Whether to wait for the path to open: there is no other one, or only a long detour."""
-        if self.way is None or self.state not in (DRIVING, WAITING) or self._way_to != self.goal:
+        if self.path is None or self.state not in (DRIVING, WAITING) or self._path_to != self.goal:
             return False
-        if isinstance(found, NoWay):
+        if isinstance(found, NoPath):
             shut = found.reason == NO_WAY
         else:
-            shut = hit and found.cost_s > self.way.cost_s + _DETOUR_S
+            shut = hit and found.cost_s > self.path.cost_s + _DETOUR_S
         if not shut:
             return False
         if self._shut_since_s is None:
             self._shut_since_s = now_s
         return now_s - self._shut_since_s < _MAY_OPEN_S
 
-    def _waits_here_anyway(self, found: Way, pose: Pose) -> bool:
+    def _waits_here_anyway(self, found: Path, pose: Pose) -> bool:
         """Whether to wait before a possible person: the new path begins like the refused one.
 
         Aiming anew would restart the board's ten seconds of standing. It may help once they were
         in vain, and where the board refuses for another reason.
         """
-        if self.state != WAITING or self._way_to != self.goal or self._follower.turns_on_spot:
+        if self.state != WAITING or self._path_to != self.goal or self._follower.turns_on_spot:
             return False
         if not self._recovery.refused.may_pass or not self._recovery.may_be_person(pose):
             return False
@@ -307,17 +307,17 @@ class Mission:
     def _give_up(self, reason: str, now_s: float) -> None:
         self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
         self._recovery.forget()
-        self._shut_since_s = self._way_to = None
+        self._shut_since_s = self._path_to = None
         self._follower.drop()
 
     def _look_ahead(self, pose: Pose, now_s: float) -> None:
         """Update the clearances, the distance free of walkers, and whether the path is blocked."""
-        if now_s - self._checked_s < _CHECK_S or self.way is None:
+        if now_s - self._checked_s < _CHECK_S or self.path is None:
             return
         self._checked_s = now_s
         self.costmap.refresh(now_s)
         leg, people = self._follower.leg, self._obstacles.people
-        self._ahead = look_ahead(self.costmap, people, self.footprint, self.way, leg, pose)
+        self._ahead = look_ahead(self.costmap, people, self.footprint, self.path, leg, pose)
         self._free_m, hit_m = self._ahead.free_m, self._ahead.hit_m
         if self._shut_since_s is not None:
             self._wait_before(hit_m, pose)
@@ -352,7 +352,7 @@ class Mission:
         elif verdict.reason is not None and self.state == WAITING and self._shut_since_s is None:
             self.state, self.reason = DRIVING, ""
         if verdict.act == END_LEG:
-            self.way = self._follower.end_leg_early(pose)
+            self.path = self._follower.end_leg_early(pose)
         elif verdict.act == PLAN:
             self._ask_plan(drives_on=True)
         return verdict.stick
