@@ -40,6 +40,7 @@ _MAY_OPEN_S = 7.0  # no plan leads past an obstacle: approach it, and wait this 
 _STAND_OFF_M = 0.8
 _DETOUR_S = 20.0
 _BETTER_S = 3.0
+_LATER_S, _LATER = 1.5, 2  # a better path for which it must stop is looked for again, so often
 _SAME_WAY_RAD = math.radians(6.0)
 _NEARER = 2
 _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
@@ -77,6 +78,9 @@ class Mission:
     """Another goal on the way: the first path found is taken, and then a better one looked for."""
     _improves: bool = False
     """The plan is made for a better path than the present one to the same goal."""
+    _improves_at_s: float = math.inf
+    """When to look again for a better path; `_later`: how often it has been put off."""
+    _later: int = 0
     _ahead: Ahead = field(default_factory=Ahead)
     _free_m: float = math.inf
     _nearer: int = 0
@@ -93,7 +97,7 @@ class Mission:
     def go(self, goal: Pose | tuple[float, float]) -> None:
         """Set the goal, at any time; the chair follows its old path until the new one is ready."""
         self.goal = goal
-        self._nearer = 0
+        self._nearer = self._later = 0
         self._recovery.begin()
         self._hit_since_s, self._shut_since_s, self._went_round_s = None, None, -math.inf
         self._planning.abandon()
@@ -204,13 +208,16 @@ class Mission:
         return math.hypot(self.goal[0] - pose[0], self.goal[1] - pose[1])
 
     def _ask_plan(self, drives_on: bool = False) -> None:
-        self._wants_plan, self._improves = True, False
+        self._wants_plan, self._improves, self._improves_at_s = True, False, math.inf
         if not drives_on:
             self._planning.abandon()  # it begins where the chair was, or was believed to be
             self.state, self.reason = PLANNING, ""
 
     def _plan(self, pose: Pose, now_s: float) -> None:
         """Ask for a plan, or take the one that is ready."""
+        if now_s >= self._improves_at_s and self.state == DRIVING and not self._planning.busy:
+            self._ask_plan(drives_on=True)
+            self._improves = True
         if self._wants_plan and not self._planning.busy:
             assert self.goal is not None
             self._wants_plan = False
@@ -237,9 +244,13 @@ class Mission:
         if not hit and self._waits_here_anyway(found, pose):
             return
         if hurried or improves:
-            found = self._roll_into(found, pose)
+            puts_off = improves and self._later < _LATER
+            found = self._roll_into(found, pose, puts_off)
             if found is None and hurried:
                 self._ask_plan()  # from where it stops
+            if found is None and puts_off:
+                self._later += 1
+                self._improves_at_s = now_s + _LATER_S
             if found is None:
                 return
         else:
@@ -251,8 +262,11 @@ class Mission:
         if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
 
-    def _roll_into(self, found: Path, pose: Pose) -> Path | None:
-        """Follow the path, bent into where the chair rolls; None: a turn to it has no room."""
+    def _roll_into(self, found: Path, pose: Pose, puts_off: bool) -> Path | None:
+        """Follow the path, bent into where the chair rolls; None: a turn to it has no room.
+
+        `puts_off`: nor is it followed if the chair must stop for it.
+        """
         self._checked_s = -math.inf  # whoever walks there was not in the path before
         rolling = self._follower.rolling(pose)
         if rolling is None:
@@ -263,7 +277,7 @@ class Mission:
         ahead = look_ahead(self.costmap, self._obstacles.people, self.footprint, found, 0, pose)
         steers = ahead.room_m > NARROW_M
         goes_on = turns or self._follower.leads_on(found, pose, steers)
-        if not (goes_on or turns_at_stop(self.costmap, found, rolling)):
+        if not goes_on and (puts_off or not turns_at_stop(self.costmap, found, rolling)):
             return None
         self._follower.take(found, pose, steers, turns)
         return found
@@ -272,7 +286,8 @@ class Mission:
         """Whether it is worth leaving the present path, which leads to the same goal, for it."""
         if isinstance(found, NoPath) or self.path is None:
             return False
-        return found.cost_s < self.path.cost_s - _BETTER_S
+        driven_s = self._later * _LATER_S  # since the present path was planned
+        return found.cost_s < self.path.cost_s - driven_s - _BETTER_S
 
     def _may_open(self, found: Planned, hit: bool, now_s: float) -> bool:
         """Whether to wait for the path to open: there is no other one, or only a long detour."""

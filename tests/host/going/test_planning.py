@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from gazechair.going import mission
 from gazechair.going.lattice import Lattice
 from gazechair.going.mission import ARRIVED, PLANNING
 from gazechair.going.path import Abandoned, NoPath, Path
@@ -166,3 +169,33 @@ def test_where_it_stops_beside_a_table_it_plans_anew_before_it_turns() -> None:
             break
     assert chair.mission.state == ARRIVED
     assert chair.least_m > 0.03
+
+
+def test_a_better_path_for_which_it_must_stop_is_taken_once_it_leads_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It used to brake out of the bend of the first path found."""
+    chair = GoingChair(floor((), (9.0, 4.0)), START)
+    chair.mission.go(GOAL)
+    chair.run(6.0)
+    plan, costs_s = chair.mission.planner.plan, []
+
+    def hard_at_first(*of: Any) -> Planned:
+        found = plan(*of)
+        assert isinstance(found, Path)
+        costs_s.append(found.cost_s + 50.0 * (not costs_s))
+        return replace(found, cost_s=costs_s[-1])
+
+    chair.mission.planner.plan = hard_at_first  # type: ignore[method-assign]
+    for name in ("rolled_into", "turns_rolling"):
+        monkeypatch.setattr(mission, name, lambda *_: None)
+    monkeypatch.setattr(chair.mission._follower, "leads_on", lambda *_: len(costs_s) != 2)
+    chair.mission.go((8.0, 2.0, 0.0))
+    for _ in range(20):
+        assert chair.step().linear_permille > 0
+    assert len(costs_s) == 2
+    assert chair.mission.path is not None
+    assert chair.mission.path.cost_s == costs_s[0]
+    for _ in range(20):
+        assert chair.step().linear_permille > 0
+    assert chair.mission.path.cost_s == costs_s[2]
