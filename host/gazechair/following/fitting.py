@@ -20,9 +20,9 @@ from gazechair.base.polyline import evenly
 from gazechair.following.trail import FREE, KEEP_M, STEP_M, Point, Room, Trail
 from gazechair.going.costmap import Costmap
 from gazechair.going.outline import outline
+from gazechair.going.path import NO_LEG_M, Path
 from gazechair.going.plan import GOAL_BLOCKED, Planner, Pose
 from gazechair.going.smooth import turn_poses
-from gazechair.going.way import NO_LEG_M, Way
 
 Planned = tuple[list[Point], Point]
 """A path, and the point of the person's path at which it ends."""
@@ -180,7 +180,7 @@ def _plan(
         if place is None:
             continue
         found = planner.plan(pose, place)
-        if isinstance(found, Way):
+        if isinstance(found, Path):
             fits = found.clearance_m >= 0.0 and _faces(found, place)
             return (_points(found, pose[2]), goal) if fits else None
         if found.reason != GOAL_BLOCKED:
@@ -201,11 +201,11 @@ def _beside(costmap: Costmap, at: Point, onward_m: FloatArray) -> tuple[float, f
     return float(places_m[fits[0], 0]), float(places_m[fits[0], 1])
 
 
-def _faces(way: Way, goal: tuple[float, float]) -> bool:
+def _faces(path: Path, goal: tuple[float, float]) -> bool:
     """Whether the path never leads away from the goal: the lidar in front must see the person."""
     return all(
         abs(_rad(a, b, _rad(a, goal))) < _AWAY_RAD
-        for a, b in itertools.pairwise(way.points_m)
+        for a, b in itertools.pairwise(path.points_m)
         if min(math.dist(a, b), math.dist(a, goal)) > NO_LEG_M
     )
 
@@ -237,16 +237,16 @@ def _around(walked_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     return walked_m.min(axis=0) - _FLOOR_M, walked_m.max(axis=0) + _FLOOR_M
 
 
-def _points(way: Way, heading_rad: float) -> list[Point]:
+def _points(path: Path, heading_rad: float) -> list[Point]:
     """The path's points, with a corner where it turns on the spot. `heading_rad`: the chair's."""
-    found: list[Point] = [Point(*map(float, way.points_m[0]))]
-    for k, (a, b) in enumerate(itertools.pairwise(way.points_m)):
+    found: list[Point] = [Point(*map(float, path.points_m[0]))]
+    for k, (a, b) in enumerate(itertools.pairwise(path.points_m)):
         if math.dist(a, b) < NO_LEG_M:
             continue
         leg_rad = _rad(a, b)
         if abs(math.remainder(leg_rad - heading_rad, 2.0 * math.pi)) > _CORNER_RAD:
             found[-1] = found[-1]._replace(corner_rad=heading_rad)
-        bend = way.bend(k + 1)
+        bend = path.bend(k + 1)
         end = b if bend is None else bend.begin_m
         along = evenly(np.array((found[-1][:2], end)), STEP_M)[1:]
         heading_rad = leg_rad

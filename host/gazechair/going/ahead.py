@@ -11,7 +11,7 @@ from gazechair.base.arrays import FloatArray
 from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import Costmap
 from gazechair.going.people import People
-from gazechair.going.plan import Pose, Way
+from gazechair.going.plan import Path, Pose
 
 _LOOK_AHEAD_M = 2.5
 _ALONG_M = 0.1
@@ -36,13 +36,13 @@ class Ahead:
 
 
 def look_ahead(
-    costmap: Costmap, people: People, footprint: Footprint, way: Way, leg: int, pose: Pose
+    costmap: Costmap, people: People, footprint: Footprint, path: Path, leg: int, pose: Pose
 ) -> Ahead:
     """The view from `pose` along `way`, of which `leg` is driven."""
-    poses = poses_ahead(way, leg, pose)
+    poses = poses_ahead(path, leg, pose)
     clear = costmap.clearance_m(poses[:, 0], poses[:, 1], poses[:, 2])
     near = poses[:, 3] < _BESIDE_M
-    along_m = -_STRAIGHT_M if way.backward and leg == 0 else _STRAIGHT_M
+    along_m = -_STRAIGHT_M if path.backward and leg == 0 else _STRAIGHT_M
     onward = along_m[:, None] * (math.cos(pose[2]), math.sin(pose[2])) + pose[:2]
     straight = costmap.clearance_m(onward[:, 0], onward[:, 1], pose[2])
     hits_m = poses[1:, 3][clear[1:] < _HIT_M]
@@ -54,15 +54,15 @@ def look_ahead(
     )
 
 
-def poses_ahead(way: Way, at_leg: int, pose: Pose) -> FloatArray:
+def poses_ahead(path: Path, at_leg: int, pose: Pose) -> FloatArray:
     """Rows (N, 4): x, y, heading, metres ahead; the chair's own first. `at_leg`: current leg."""
     rows, done = [(*pose, 0.0)], 0.0
     begin = np.array(pose[:2])
-    for leg in range(at_leg, len(way.points_m) - 1):
-        bend = way.bend(leg + 1)
-        end = way.points_m[leg + 1] if bend is None else np.array(bend.begin_m)
+    for leg in range(at_leg, len(path.points_m) - 1):
+        bend = path.bend(leg + 1)
+        end = path.points_m[leg + 1] if bend is None else np.array(bend.begin_m)
         for one in (
-            *_straight(way, leg, begin, end),
+            *_straight(path, leg, begin, end),
             *(() if bend is None else bend.sampled()),
         ):
             done += math.dist(one[:2], rows[-1][:2])
@@ -73,15 +73,15 @@ def poses_ahead(way: Way, at_leg: int, pose: Pose) -> FloatArray:
     return np.array(rows)
 
 
-def _straight(way: Way, leg: int, a: FloatArray, b: FloatArray) -> list[Pose]:
+def _straight(path: Path, leg: int, a: FloatArray, b: FloatArray) -> list[Pose]:
     """Poses between `a` and `b`; empty if they nearly coincide, or `a` is past the bend's begin."""
     onward = b - a
     length = float(np.hypot(*onward))
-    along = way.points_m[leg + 1] - way.points_m[leg]
-    if length < 0.02 or (way.bend(leg + 1) is not None and float(onward @ along) < 0.0):
+    along = path.points_m[leg + 1] - path.points_m[leg]
+    if length < 0.02 or (path.bend(leg + 1) is not None and float(onward @ along) < 0.0):
         return []
     heading = math.atan2(onward[1], onward[0])
-    if way.backward and leg == 0:
+    if path.backward and leg == 0:
         heading += math.pi
     steps = np.arange(_ALONG_M, length, _ALONG_M) / length
     return [(float(x), float(y), heading) for x, y in a + steps[:, None] * onward]

@@ -11,7 +11,9 @@ from gazelink.settings_table import profile_row
 
 SPOT_DEG_S = 30.0
 _RAMP_M_S2 = 0.6  # of the chair's own controller, estimated
-_STEP_S = 0.02
+_STEP_S = 0.025  # a whole number of these per period of the follower
+_KEPT_S = 0.4  # measured speeds older than this count as so old
+_CORRECTS = 0.3
 
 
 @dataclass(frozen=True)
@@ -153,6 +155,8 @@ class AxisModel:
         self._pending: deque[float] = deque([0.0] * self._delay, maxlen=self._delay)
         self._ramp = 0.0
         self.speed = 0.0
+        self._speeds: deque[float] = deque([0.0], maxlen=round(_KEPT_S / _STEP_S))
+        """Up to now, the newest last."""
 
     def _asked(self, permille: float) -> float:
         deadband = self._numbers.deadband
@@ -161,14 +165,26 @@ class AxisModel:
             return 0.0
         return share * self._positive if permille > 0.0 else -share * self._negative
 
-    def put_out(self, permille: float, seconds: float, measured: float | None = None) -> None:
-        """Advance by `seconds` at an output; `measured`: the speed now, None: not known."""
+    def put_out(
+        self, permille: float, seconds: float, measured: float | None = None, old_s: float = 0.0
+    ) -> None:
+        """Advance by `seconds` at an output.
+
+        `measured`: the speed `old_s` ago; None: not known. It corrects the model's of that time,
+        and so all speeds since.
+        """
         for _ in range(max(1, round(seconds / _STEP_S))):
             wanted = self._pending[0]
             self._pending.append(self._asked(permille))
             self._ramp, self.speed = self._step(self._ramp, self.speed, wanted)
-        if measured is not None:
-            self.speed += 0.3 * (measured - self.speed)
+            self._speeds.append(self.speed)
+        if measured is None:
+            return
+        since = min(max(0, round(old_s / _STEP_S)), len(self._speeds) - 1)
+        change = _CORRECTS * (measured - self._speeds[-1 - since])
+        for n in range(-1 - since, 0):
+            self._speeds[n] += change
+        self.speed += change
 
     def _step(self, ramp: float, speed: float, wanted: float) -> tuple[float, float]:
         faster = abs(wanted) > abs(ramp) and wanted * ramp >= 0.0
@@ -178,6 +194,11 @@ class AxisModel:
         if abs(speed) < 0.05 * self._breakaway and abs(ramp) < self._breakaway:
             return ramp, 0.0
         return ramp, speed + (drive - speed) * self._follow
+
+    @property
+    def answers_s(self) -> float:
+        """Time after which an output shows in the speed, even of a chair that it barely moves."""
+        return self._numbers.dead_s + self._numbers.lag_s
 
     def runs(self, permille: float, seconds: float) -> float:
         """Distance (m or degrees) until rest if `permille` is put out for `seconds`, then 0."""

@@ -15,12 +15,12 @@ import numpy as np
 from gazechair.going.bends import RATE_RAD_S, Bend
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.pace import PERIOD_S, Pace
-from gazechair.going.plan import ARRIVED_M, Pose, Way
+from gazechair.going.path import NO_AIM_M, NO_LEG_M, on_leg
+from gazechair.going.plan import ARRIVED_M, Path, Pose
 from gazechair.going.rolled import along
 from gazechair.going.rolls_into import Rolling
 from gazechair.going.spot_turn import SpotTurn
 from gazechair.going.steering import MISS_M, NARROW_M, STEER_MOST_RAD, TURNS_DEG_S, Steering, miss_m
-from gazechair.going.way import NO_AIM_M, NO_LEG_M, on_leg
 
 _TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the goal
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
@@ -59,7 +59,7 @@ class Follower:
         self._numbers = numbers
         self._linear = numbers.linear_axis()
         self._turn = numbers.turn_axis()
-        self._way: Way | None = None
+        self._path: Path | None = None
         self._at = 0
         """Index of the leg that is driven, or turned to."""
         self._turning, self._turns_rolling = True, False
@@ -79,7 +79,7 @@ class Follower:
         self._spot = SpotTurn(self._turn, numbers.spot_permille, PERIOD_S)
         self._last_stick = STOP
         self.turns_on_spot = False
-        self.lost_way = False
+        self.lost_path = False
         """Too far from the path: a new plan is needed."""
         self.arrived = False
 
@@ -91,26 +91,28 @@ class Follower:
     @property
     def backward(self) -> bool:
         """Whether the present leg is driven backward."""
-        return self._way is not None and self._way.backward and self._at == 0
+        return self._path is not None and self._path.backward and self._at == 0
 
-    def take(self, way: Way, pose: Pose, steers: bool = False, turns_rolling: bool = False) -> None:
+    def take(
+        self, path: Path, pose: Pose, steers: bool = False, turns_rolling: bool = False
+    ) -> None:
         """Follow a new path from `pose`, without stopping if it leads straight on.
 
         `steers`: nor if it begins some degrees aside, as there is room to steer into it.
         `turns_rolling`: there is room to turn to it while the chair still brakes.
         """
-        aligned = self.leads_on(way, pose, steers)
-        self._way, self._at, self._turning, self._unbent = way, 0, not aligned, 0
+        aligned = self.leads_on(path, pose, steers)
+        self._path, self._at, self._turning, self._unbent = path, 0, not aligned, 0
         self._turns_rolling = turns_rolling
-        self.lost_way = self.arrived = False
+        self.lost_path = self.arrived = False
         self._aimed_m = -math.inf  # at once, if need be
         self._spot.start()
 
-    def leads_on(self, way: Way, pose: Pose, steers: bool) -> bool:
+    def leads_on(self, path: Path, pose: Pose, steers: bool) -> bool:
         """Whether a path begins so nearly straight on that no turn comes first; see `take`."""
-        a, b = way.points_m[:2]
+        a, b = path.points_m[:2]
         off = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - pose[2], 2.0 * math.pi)
-        aligned = abs(off) < (_STEERS_RAD if steers else _RUNS_OUT_RAD) and not way.backward
+        aligned = abs(off) < (_STEERS_RAD if steers else _RUNS_OUT_RAD) and not path.backward
         return aligned and self._linear.speed > -_STANDS_M_S
 
     def rolling(self, pose: Pose) -> Rolling | None:
@@ -134,11 +136,13 @@ class Follower:
 
     def drop(self) -> None:
         """Drop the path."""
-        self._way = None
+        self._path = None
 
-    def moved(self, stick: Stick, speed_m_s: float | None, rate_deg_s: float | None) -> None:
-        """What the board put out in the last period, and how the chair moves now."""
-        self._linear.put_out(stick.linear_permille, PERIOD_S, speed_m_s)
+    def moved(
+        self, stick: Stick, speed_m_s: float | None, rate_deg_s: float | None, old_s: float = 0.0
+    ) -> None:
+        """What the board put out in the last period, and how the chair moved `old_s` ago."""
+        self._linear.put_out(stick.linear_permille, PERIOD_S, speed_m_s, old_s)
         self.undriven_s = 0.0 if stick.linear_permille else self.undriven_s + PERIOD_S
         asked = self._last_stick
         curved = bool(asked.linear_permille and asked.turn_permille)
@@ -146,16 +150,16 @@ class Follower:
         self._vain_s = self._vain_s + PERIOD_S if curved and stick == STOP else 0.0
         if not stick.linear_permille:  # go on gently
             self._pace.held(self._linear.speed)
-        self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
-        self._spot.let_out(stick.turn_permille)
+        self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s, old_s)
+        self._spot.let_out(0 if stick.linear_permille else stick.turn_permille)
         if _on_spot(stick) and _on_spot(asked):
             self._let_deg_s = self._numbers.turned_deg_s(stick.turn_permille)
 
     def left_m(self, pose: Pose) -> float:
         """Remaining length of the path."""
-        if self._way is None or self.arrived:
+        if self._path is None or self.arrived:
             return 0.0
-        points = self._way.points_m
+        points = self._path.points_m
         after = points[self._at + 1 :]
         if not len(after):
             return 0.0
@@ -173,7 +177,7 @@ class Follower:
         self._straight_m = straight_m
         stick = STOP
         self.turns_on_spot = False
-        if self._way is not None and not self.arrived:
+        if self._path is not None and not self.arrived:
             stick = (
                 self._turn_on_spot(pose, room_m)
                 if self._turning
@@ -188,15 +192,15 @@ class Follower:
 
     def _target_rad(self, pose: Pose) -> float | None:
         """Heading to turn to before the current leg; None: no turn is needed."""
-        assert self._way is not None
-        points = self._way.points_m
+        assert self._path is not None
+        points = self._path.points_m
         if self._at >= len(points) - 1:
-            return self._way.heading_rad
-        return self._way.aim_rad(self._at, pose)
+            return self._path.heading_rad
+        return self._path.aim_rad(self._at, pose)
 
     def _turn_on_spot(self, pose: Pose, room_m: float) -> Stick:
-        assert self._way is not None
-        last = self._at >= len(self._way.points_m) - 1
+        assert self._path is not None
+        last = self._at >= len(self._path.points_m) - 1
         rolls = _ROLLS_M_S if room_m > NARROW_M else _STANDS_M_S
         if abs(self._linear.speed) > rolls and not self._turns_rolling:
             return STOP
@@ -237,11 +241,11 @@ class Follower:
     # -- legs --------------------------------------------------------------------------------------
 
     def _drive(self, pose: Pose, most_m_s: float, room_m: float) -> Stick:
-        assert self._way is not None
-        points = self._way.points_m
+        assert self._path is not None
+        points = self._path.points_m
         backward = self.backward
         then, later_rad = self._then(pose)
-        bend = self._way.bend(self._at + 1) if self._at + 1 != self._unbent else None
+        bend = self._path.bend(self._at + 1) if self._at + 1 != self._unbent else None
         a, b = points[self._at], points[self._at + 1]
         along_m, across, length = on_leg(a, b, then)
         left_m = length - along_m
@@ -269,7 +273,7 @@ class Follower:
         elif length < NO_LEG_M or left_m < (_END_WIDE_M if room_m > _WIDE_M else _END_M):
             return self._end_leg()
         if abs(across) > _OFF_M:
-            self.lost_way = True
+            self.lost_path = True
             return STOP
         if abs(error) > _TURN_AGAIN_RAD + STEER_MOST_RAD:
             if left_m < NO_AIM_M:
@@ -295,7 +299,7 @@ class Follower:
     ) -> Stick:
         """Along the arc of a bend."""
         if abs(across) > _OFF_M:
-            self.lost_way = True
+            self.lost_path = True
             return STOP
         side = math.copysign(1.0, bend.angle_rad)
         left_m = bend.length_m - bend.radius_m * turned
@@ -324,11 +328,11 @@ class Follower:
 
     def _beyond_m(self, vertex: int) -> float:
         """Metres from the begin of the bend at `vertex` to where the chair stops."""
-        assert self._way is not None
-        total, bend = 0.0, self._way.bend(vertex)
+        assert self._path is not None
+        total, bend = 0.0, self._path.bend(vertex)
         while bend is not None:
-            a, b = self._way.points_m[vertex : vertex + 2]
-            after = self._way.bend(vertex + 1)
+            a, b = self._path.points_m[vertex : vertex + 2]
+            after = self._path.bend(vertex + 1)
             total += bend.length_m + float(np.hypot(*(b - a))) - bend.tangent_m
             total -= 0.0 if after is None else after.tangent_m
             vertex, bend = vertex + 1, after
@@ -358,24 +362,24 @@ class Follower:
 
     def early_turn_rad(self, pose: Pose) -> float | None:
         """Heading to turn to if the leg ends here; None: too far from its end."""
-        if self._way is None or self._turning:
+        if self._path is None or self._turning:
             return None
-        points = self._way.points_m
+        points = self._path.points_m
         gap = math.hypot(points[self._at + 1][0] - pose[0], points[self._at + 1][1] - pose[1])
         if self._at >= len(points) - 2:
-            heading = self._way.heading_rad
+            heading = self._path.heading_rad
             return (pose[2] if heading is None else heading) if gap <= ARRIVED_M else None
         driven = math.hypot(points[self._at][0] - pose[0], points[self._at][1] - pose[1])
         x, y = points[self._at + 2]
         near = gap <= min(_SHORT_M, driven)
         return math.atan2(y - pose[1], x - pose[0]) if near else None
 
-    def end_leg_early(self, pose: Pose) -> Way:
+    def end_leg_early(self, pose: Pose) -> Path:
         """End the leg, as the board lets the chair go no farther; the next one begins here."""
-        assert self._way is not None
+        assert self._path is not None
         self._end_leg()
-        self._way = self._way.begun_at(self._at, pose)
-        return self._way
+        self._path = self._path.begun_at(self._at, pose)
+        return self._path
 
     def _begin_turn(self) -> None:
         self._turning, self._turns_rolling = True, False

@@ -16,7 +16,7 @@ from gazechair.base.arrays import FloatArray
 from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import Costmap
 from gazechair.going.outline import own_place
-from gazechair.going.plan import GOAL_BLOCKED, NoWay, Pose
+from gazechair.going.plan import GOAL_BLOCKED, NoPath, Pose
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
 
@@ -50,24 +50,24 @@ def seen_from_here(scans: Sequence[KeyScan], footprint: Footprint) -> OccupancyG
 
 def goal(
     spot_m: tuple[float, float], pose: Pose, grid: OccupancyGrid, costmap: Costmap
-) -> Pose | NoWay:
+) -> Pose | NoPath:
     """Where to stop for a spot in the chair's frame: on it, facing away from the chair if it fits.
 
     `pose`: the chair's when the picture was taken, in the frame of `grid` and `costmap`.
     """
     if math.hypot(*spot_m) < NEAREST_M:
-        return NoWay(TOO_NEAR)
+        return NoPath(TOO_NEAR)
     c, s = math.cos(pose[2]), math.sin(pose[2])
     x = pose[0] + c * spot_m[0] - s * spot_m[1]
     y = pose[1] + s * spot_m[0] + c * spot_m[1]
     if not _is_seen(grid, np.array((x, y))):
-        return NoWay(UNSEEN)
+        return NoPath(UNSEEN)
     along = math.atan2(y - pose[1], x - pose[0])
     headings = along + np.concatenate((_HEADINGS_RAD, -_HEADINGS_RAD[1:]))
     clear = costmap.clearance_m(np.full(len(headings), x), np.full(len(headings), y), headings)
     fits = np.flatnonzero(clear >= CLEAR_M)
     if not len(fits):
-        return NoWay(GOAL_BLOCKED)
+        return NoPath(GOAL_BLOCKED)
     best = headings[fits[np.abs(headings[fits] - along).argmin()]]
     return x, y, math.remainder(float(best), 2.0 * math.pi)
 

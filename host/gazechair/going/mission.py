@@ -19,7 +19,7 @@ from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.people import speed_within
-from gazechair.going.plan import ARRIVED_M, NO_WAY, NoWay, Planner, Pose, Way
+from gazechair.going.plan import ARRIVED_M, NO_WAY, NoPath, Path, Planner, Pose
 from gazechair.going.planning import Planned, Planning, Submit
 from gazechair.going.recovery import END_LEG, GIVE_UP, PLAN, Recovery, Verdict
 from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
@@ -40,6 +40,7 @@ _MAY_OPEN_S = 7.0  # no plan leads past an obstacle: approach it, and wait this 
 _STAND_OFF_M = 0.8
 _DETOUR_S = 20.0
 _BETTER_S = 3.0
+_LATER_S, _LATER = 1.5, 2  # a better path for which it must stop is looked for again, so often
 _SAME_WAY_RAD = math.radians(6.0)
 _NEARER = 2
 _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
@@ -57,7 +58,7 @@ class Mission:
     state: str = IDLE
     reason: str = ""
     goal: Pose | tuple[float, float] | None = None
-    way: Way | None = None
+    path: Path | None = None
     plans: int = 0
     cap_permille: int = 1000
     """The speed cap: the highest output of each axis."""
@@ -68,7 +69,7 @@ class Mission:
     _hit_since_s: float | None = None
     _shut_since_s: float | None = None
     """Since when no plan has led past the obstacle ahead; None: nothing shuts the path."""
-    _way_to: Pose | tuple[float, float] | None = None
+    _path_to: Pose | tuple[float, float] | None = None
     """Goal of the path that it follows."""
     _gave_up_s: float = 0.0
     _went_round_s: float = -math.inf
@@ -77,6 +78,9 @@ class Mission:
     """Another goal on the way: the first path found is taken, and then a better one looked for."""
     _improves: bool = False
     """The plan is made for a better path than the present one to the same goal."""
+    _improves_at_s: float = math.inf
+    """When to look again for a better path; `_later`: how often it has been put off."""
+    _later: int = 0
     _ahead: Ahead = field(default_factory=Ahead)
     _free_m: float = math.inf
     _nearer: int = 0
@@ -93,7 +97,7 @@ class Mission:
     def go(self, goal: Pose | tuple[float, float]) -> None:
         """Set the goal, at any time; the chair follows its old path until the new one is ready."""
         self.goal = goal
-        self._nearer = 0
+        self._nearer = self._later = 0
         self._recovery.begin()
         self._hit_since_s, self._shut_since_s, self._went_round_s = None, None, -math.inf
         self._planning.abandon()
@@ -111,9 +115,9 @@ class Mission:
         return self.state == DRIVING and self._follower.turns_on_spot
 
     @property
-    def way_to_goal(self) -> Way | None:
+    def path_to_goal(self) -> Path | None:
         """Its path; None while it follows only the path to the goal before, or none."""
-        return self.way if self._way_to == self.goal else None
+        return self.path if self._path_to == self.goal else None
 
     @property
     def left_m(self) -> float:
@@ -150,8 +154,8 @@ class Mission:
     def step(self, now_s: float, put_out: Stick) -> Stick:
         """The stick for the next 50 ms. `put_out`: what the board has put out since."""
         at = self._located
-        speeds = (None, None) if at is None else (at.speed_m_s, at.rate_deg_s)
-        self._follower.moved(put_out, *speeds)
+        moves = (None, None) if at is None else (at.speed_m_s, at.rate_deg_s, now_s - at.time_s)
+        self._follower.moved(put_out, *moves)
         self._recovery.put_out(put_out)
         self._recovery.requested = self._step(now_s, put_out)
         return self._recovery.requested
@@ -166,7 +170,7 @@ class Mission:
         if self.state == LOST:
             self.state, self.reason = DRIVING, ""
             self._recovery.moves()
-            if self._way_to != self.goal or self._planning.busy:
+            if self._path_to != self.goal or self._planning.busy:
                 self._ask_plan()
         if not self.numbers.drives_within(self.cap_permille):
             self._give_up(LIMIT, now_s)
@@ -182,7 +186,8 @@ class Mission:
         most_m_s = speed_within(self._free_m)
         stick = self._follower.step(pose, most_m_s, self._ahead.room_m, self._ahead.straight_m)
         if self._planning.busy or self._wants_plan:
-            return STOP if self._follower.arrived or self._follower.lost_way else stick
+            over = self._follower.arrived or self._follower.lost_path
+            return STOP if over else self._recovery.meanwhile(stick, now_s)
         if self._follower.arrived:
             if self._nearer < _NEARER and self._gap_m(pose) > ARRIVED_M:
                 self._nearer += 1
@@ -190,7 +195,7 @@ class Mission:
                 return STOP
             self.state, self.reason = ARRIVED, ""
             return STOP
-        if self._follower.lost_way:
+        if self._follower.lost_path:
             self._ask_plan()
             return STOP
         stick = STOP if self._follower.turns_on_spot and self._free_m < 0.05 else stick
@@ -203,13 +208,16 @@ class Mission:
         return math.hypot(self.goal[0] - pose[0], self.goal[1] - pose[1])
 
     def _ask_plan(self, drives_on: bool = False) -> None:
-        self._wants_plan, self._improves = True, False
+        self._wants_plan, self._improves, self._improves_at_s = True, False, math.inf
         if not drives_on:
             self._planning.abandon()  # it begins where the chair was, or was believed to be
             self.state, self.reason = PLANNING, ""
 
     def _plan(self, pose: Pose, now_s: float) -> None:
         """Ask for a plan, or take the one that is ready."""
+        if now_s >= self._improves_at_s and self.state == DRIVING and not self._planning.busy:
+            self._ask_plan(drives_on=True)
+            self._improves = True
         if self._wants_plan and not self._planning.busy:
             assert self.goal is not None
             self._wants_plan = False
@@ -229,28 +237,36 @@ class Mission:
         hit, self._hit_since_s = self._hit_since_s is not None, None
         if self._may_open(found, hit, now_s):
             return
-        if isinstance(found, NoWay):
+        if isinstance(found, NoPath):
             self._give_up(found.reason, now_s)
             return
         self._shut_since_s = None
         if not hit and self._waits_here_anyway(found, pose):
             return
         if hurried or improves:
-            found = self._roll_into(found, pose)
+            puts_off = improves and self._later < _LATER
+            found = self._roll_into(found, pose, puts_off)
             if found is None and hurried:
                 self._ask_plan()  # from where it stops
+            if found is None and puts_off:
+                self._later += 1
+                self._improves_at_s = now_s + _LATER_S
             if found is None:
                 return
         else:
             self._follower.take(found, pose)
-        self.way, self._way_to = found, self.goal
+        self.path, self._path_to = found, self.goal
+        self._recovery.another_path()
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
         if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
 
-    def _roll_into(self, found: Way, pose: Pose) -> Way | None:
-        """Follow the path, bent into where the chair rolls; None: a turn to it has no room."""
+    def _roll_into(self, found: Path, pose: Pose, puts_off: bool) -> Path | None:
+        """Follow the path, bent into where the chair rolls; None: a turn to it has no room.
+
+        `puts_off`: nor is it followed if the chair must stop for it.
+        """
         self._checked_s = -math.inf  # whoever walks there was not in the path before
         rolling = self._follower.rolling(pose)
         if rolling is None:
@@ -261,38 +277,39 @@ class Mission:
         ahead = look_ahead(self.costmap, self._obstacles.people, self.footprint, found, 0, pose)
         steers = ahead.room_m > NARROW_M
         goes_on = turns or self._follower.leads_on(found, pose, steers)
-        if not (goes_on or turns_at_stop(self.costmap, found, rolling)):
+        if not goes_on and (puts_off or not turns_at_stop(self.costmap, found, rolling)):
             return None
         self._follower.take(found, pose, steers, turns)
         return found
 
     def _is_better(self, found: Planned) -> bool:
         """Whether it is worth leaving the present path, which leads to the same goal, for it."""
-        if isinstance(found, NoWay) or self.way is None:
+        if isinstance(found, NoPath) or self.path is None:
             return False
-        return found.cost_s < self.way.cost_s - _BETTER_S
+        driven_s = self._later * _LATER_S  # since the present path was planned
+        return found.cost_s < self.path.cost_s - driven_s - _BETTER_S
 
     def _may_open(self, found: Planned, hit: bool, now_s: float) -> bool:
         """Whether to wait for the path to open: there is no other one, or only a long detour."""
-        if self.way is None or self.state not in (DRIVING, WAITING) or self._way_to != self.goal:
+        if self.path is None or self.state not in (DRIVING, WAITING) or self._path_to != self.goal:
             return False
-        if isinstance(found, NoWay):
+        if isinstance(found, NoPath):
             shut = found.reason == NO_WAY
         else:
-            shut = hit and found.cost_s > self.way.cost_s + _DETOUR_S
+            shut = hit and found.cost_s > self.path.cost_s + _DETOUR_S
         if not shut:
             return False
         if self._shut_since_s is None:
             self._shut_since_s = now_s
         return now_s - self._shut_since_s < _MAY_OPEN_S
 
-    def _waits_here_anyway(self, found: Way, pose: Pose) -> bool:
+    def _waits_here_anyway(self, found: Path, pose: Pose) -> bool:
         """Whether to wait before a possible person: the new path begins like the refused one.
 
         Aiming anew would restart the board's ten seconds of standing. It may help once they were
         in vain, and where the board refuses for another reason.
         """
-        if self.state != WAITING or self._way_to != self.goal or self._follower.turns_on_spot:
+        if self.state != WAITING or self._path_to != self.goal or self._follower.turns_on_spot:
             return False
         if not self._recovery.refused.may_pass or not self._recovery.may_be_person(pose):
             return False
@@ -305,17 +322,17 @@ class Mission:
     def _give_up(self, reason: str, now_s: float) -> None:
         self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
         self._recovery.forget()
-        self._shut_since_s = self._way_to = None
+        self._shut_since_s = self._path_to = None
         self._follower.drop()
 
     def _look_ahead(self, pose: Pose, now_s: float) -> None:
         """Update the clearances, the distance free of walkers, and whether the path is blocked."""
-        if now_s - self._checked_s < _CHECK_S or self.way is None:
+        if now_s - self._checked_s < _CHECK_S or self.path is None:
             return
         self._checked_s = now_s
         self.costmap.refresh(now_s)
         leg, people = self._follower.leg, self._obstacles.people
-        self._ahead = look_ahead(self.costmap, people, self.footprint, self.way, leg, pose)
+        self._ahead = look_ahead(self.costmap, people, self.footprint, self.path, leg, pose)
         self._free_m, hit_m = self._ahead.free_m, self._ahead.hit_m
         if self._shut_since_s is not None:
             self._wait_before(hit_m, pose)
@@ -350,7 +367,7 @@ class Mission:
         elif verdict.reason is not None and self.state == WAITING and self._shut_since_s is None:
             self.state, self.reason = DRIVING, ""
         if verdict.act == END_LEG:
-            self.way = self._follower.end_leg_early(pose)
+            self.path = self._follower.end_leg_early(pose)
         elif verdict.act == PLAN:
             self._ask_plan(drives_on=True)
         return verdict.stick

@@ -9,7 +9,9 @@ from gazechair.going.chair_numbers import ChairNumbers
 PERIOD_S = 0.05
 ACCELERATE_M_S2, JERK_M_S3 = 0.3, 1.0
 """Limits of the requested speed."""
-_LEAST_M_S = 0.02  # first speed requested from rest
+START_M_S2 = 0.2
+"""Acceleration requested at once from rest, which the chair's own ramp and lag smooth."""
+_LEAST_M_S = 0.02  # lowest speed requested from rest
 _STOPS_M_S = 0.04  # a chair that has nearly reached its end goes on at this speed
 
 
@@ -23,7 +25,7 @@ class Pace:
 
     def rest(self) -> None:
         """The next speed is one from rest."""
-        self.m_s, self._acceleration = _LEAST_M_S, 0.0
+        self.m_s, self._acceleration = _LEAST_M_S, START_M_S2
 
     def held(self, speed_m_s: float) -> None:
         """The board put nothing out: go on from the chair's own speed, gently."""

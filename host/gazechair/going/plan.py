@@ -16,6 +16,7 @@ from gazechair.base.angles import half_turn_rad
 from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.going.costmap import Costmap
 from gazechair.going.lattice import LOOSE_M, NO_TURN_M, STEP_M, STRICT_M, UNREACHED, Lattice
+from gazechair.going.path import NO_LEG_M, Abandoned, NoPath, Path
 from gazechair.going.smooth import (
     ALONG_M,
     TURN_EASY_M,
@@ -27,9 +28,10 @@ from gazechair.going.smooth import (
     turn_poses,
     turn_refused,
 )
-from gazechair.going.way import NO_LEG_M, Abandoned, NoWay, Way
 
-__all__ = ["GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoWay", "Planner", "Pose", "Refused", "Way"]
+__all__ = [
+    "GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoPath", "Path", "Planner", "Pose", "Refused",
+]  # fmt: skip
 
 GOAL_BLOCKED, START_BLOCKED, NO_WAY = "going_goal_blocked", "going_start_blocked", "going_no_way"
 
@@ -75,7 +77,7 @@ class Planner:
         refused: Sequence[Refused] = (),
         hurry: bool = False,
         over: Callable[[], bool] = lambda: False,
-    ) -> Way | NoWay:
+    ) -> Path | NoPath:
         """The path; takes 0.1 to 0.3 s, longer where it is narrow, unless in a `hurry`.
 
         A goal without a heading allows any. `hurry`: the first path found, though not the easiest
@@ -87,19 +89,19 @@ class Planner:
             return here
         self._lattice.refresh()
         turns = [(one.x_m, one.y_m) for one in refused if one.turns]
-        best: Way | NoWay = NoWay(NO_WAY)
+        best: Path | NoPath = NoPath(NO_WAY)
         for least_m, turn_m, leg in _TRIES:
             self._go_on()
             self._lattice.use(least_m, turn_m, turns)
             found = self._plan(start, goal, leg)
-            if isinstance(found, NoWay):
+            if isinstance(found, NoPath):
                 if found.reason != NO_WAY:
                     return found
-            elif isinstance(best, NoWay) or found.cost_s < best.cost_s:
+            elif isinstance(best, NoPath) or found.cost_s < best.cost_s:
                 best = found
-            if isinstance(best, Way) and (hurry or best.is_easy):
+            if isinstance(best, Path) and (hurry or best.is_easy):
                 break
-        easy = isinstance(best, Way) and best.is_easy
+        easy = isinstance(best, Path) and best.is_easy
         return best if here is None or easy else here
 
     def _go_on(self) -> None:
@@ -109,7 +111,7 @@ class Planner:
     def _smoother(self, rads: Headings, backward: bool) -> Smoother:
         return Smoother(self._costmap, *rads, backward, self._refused, self._go_on)
 
-    def _here(self, start: Pose, goal: Pose | tuple[float, float]) -> Way | None:
+    def _here(self, start: Pose, goal: Pose | tuple[float, float]) -> Path | None:
         """The last turn alone, for a chair that stands at its goal; None: that is not enough."""
         if math.dist(start[:2], goal[:2]) > ARRIVED_M:
             return None
@@ -121,14 +123,14 @@ class Planner:
             if abs(math.remainder(heading - start[2], 2.0 * math.pi)) > _HERE_RAD:
                 return None
             heading = None
-        return Way(np.array((place, place)), heading, clearance_m=math.inf)
+        return Path(np.array((place, place)), heading, clearance_m=math.inf)
 
     def turns_freely(self, pose: Pose, to_rad: float) -> bool:
         """Whether the board will allow a turn on the spot from `pose` to `to_rad`."""
         clear = self._costmap.clearance_m(*turn_poses(pose, to_rad))
         return bool(clear.min() >= TURN_M)
 
-    def _plan(self, start: Pose, goal: Pose | tuple[float, float], leg: bool) -> Way | NoWay:
+    def _plan(self, start: Pose, goal: Pose | tuple[float, float], leg: bool) -> Path | NoPath:
         """`leg`: begin straight on where possible, not with a turn, however small.
 
         So does a path from where the board refused a turn, or straight back.
@@ -136,10 +138,10 @@ class Planner:
         heading = goal[2] if len(goal) == 3 else None
         goals = self._ends(goal[0], goal[1], heading)
         if not len(goals[0]):
-            return NoWay(GOAL_BLOCKED)
+            return NoPath(GOAL_BLOCKED)
         starts = self._starts(start)
         if not starts:
-            return NoWay(START_BLOCKED)
+            return NoPath(START_BLOCKED)
         no_turn = turn_refused(self._refused, np.array(start[:2]))
         if leg or no_turn:
             starts = [one for one in starts if one[1] > 0.0 or (no_turn and one[1])] or starts
@@ -161,7 +163,7 @@ class Planner:
                 if best is None or price < best[0]:
                     best = (price, int(pose), leg_m)
         if best is None:
-            return NoWay(NO_WAY)
+            return NoPath(NO_WAY)
         route = self._lattice.route(costs, best[1])
         leg_in_m = goals[2][route[-1]]
         points = [np.array(start[:2])]
@@ -172,31 +174,31 @@ class Planner:
         if leg_in_m and heading is not None:
             points.append(_ahead((goal[0], goal[1], heading), -leg_in_m))
         points.append(np.array(goal[:2]))
-        way = self._eased(points, (start[2], heading), best[2], leg_in_m)
-        if self._hurries and not self._is_clear(way, start):
+        path = self._eased(points, (start[2], heading), best[2], leg_in_m)
+        if self._hurries and not self._is_clear(path, start):
             self._hurries = False
-            way = self._eased(points, (start[2], heading), best[2], leg_in_m)
-        return way if self._is_clear(way, start) else NoWay(NO_WAY)
+            path = self._eased(points, (start[2], heading), best[2], leg_in_m)
+        return path if self._is_clear(path, start) else NoPath(NO_WAY)
 
-    def _is_clear(self, way: Way, start: Pose) -> bool:
-        turns_m = self._turns_m(way, start[2]) + _TURNS_NEARER_M
-        return min(way.clearance_m, turns_m) >= self._least_m(start)
+    def _is_clear(self, path: Path, start: Pose) -> bool:
+        turns_m = self._turns_m(path, start[2]) + _TURNS_NEARER_M
+        return min(path.clearance_m, turns_m) >= self._least_m(start)
 
-    def _turns_m(self, way: Way, before_rad: float) -> float:
+    def _turns_m(self, path: Path, before_rad: float) -> float:
         """Least clearance in the turns on the spot of a path."""
         least_m = math.inf
-        for k, at in enumerate(way.points_m):
-            leg = way.points_m[k + 1] - at if k + 1 < len(way.points_m) else None
+        for k, at in enumerate(path.points_m):
+            leg = path.points_m[k + 1] - at if k + 1 < len(path.points_m) else None
             if leg is None:
-                after_rad = way.heading_rad
+                after_rad = path.heading_rad
             elif float(np.hypot(*leg)) < NO_LEG_M:
                 after_rad = None
             else:
-                backward_rad = math.pi if way.backward and not k else 0.0
+                backward_rad = math.pi if path.backward and not k else 0.0
                 after_rad = math.atan2(leg[1], leg[0]) + backward_rad
             if after_rad is None:
                 continue
-            if way.bend(k) is None:
+            if path.bend(k) is None:
                 pose = float(at[0]), float(at[1]), before_rad
                 clear = self._costmap.clearance_m(*turn_poses(pose, after_rad, 0.0))
                 least_m = min(least_m, float(clear.min(initial=math.inf)))
@@ -210,36 +212,36 @@ class Planner:
         within = least_m - self._costmap.wider_m <= here_m < least_m
         return here_m - float(self._costmap.cell_m) if within else least_m
 
-    def _eased(self, points: list[FloatArray], rads: Headings, leg_m: float, in_m: float) -> Way:
+    def _eased(self, points: list[FloatArray], rads: Headings, leg_m: float, in_m: float) -> Path:
         """Smoothed; if not easy, also tried without what the lattice prices only roughly.
 
         That is the straight legs at both ends, of `leg_m` and `in_m`, and the last centimetres,
         which the board may refuse.
         """
-        way = self._smoothed(points, rads, leg_m, 1 + (in_m > 0.0))
-        if leg_m and not way.is_easy:
+        path = self._smoothed(points, rads, leg_m, 1 + (in_m > 0.0))
+        if leg_m and not path.is_easy:
             at_once = self._smoothed([points[0], *points[2:]], rads, 0.0, 1 + (in_m > 0.0))
-            if at_once.cost_s < way.cost_s:
-                way, points, leg_m = at_once, [points[0], *points[2:]], 0.0
-        if way.is_easy:
-            return way
+            if at_once.cost_s < path.cost_s:
+                path, points, leg_m = at_once, [points[0], *points[2:]], 0.0
+        if path.is_easy:
+            return path
         if in_m:
             other = self._smoothed([*points[:-2], points[-1]], rads, leg_m, 1)
-            return min(way, other, key=lambda one: one.cost_s)
+            return min(path, other, key=lambda one: one.cost_s)
         short = self._smoothed(points[:-1], rads, leg_m, 1)
         off_m = float(np.hypot(*(points[-2] - points[-1])))
-        return short if short.cost_s + _SHORT_S_PER_M * off_m < way.cost_s else way
+        return short if short.cost_s + _SHORT_S_PER_M * off_m < path.cost_s else path
 
     def _smoothed(
         self, points: list[FloatArray], rads: Headings, leg_m: float, fixed_end: int
-    ) -> Way:
+    ) -> Path:
         """`leg_m`: length of the straight first leg, negative backward; 0: there is none."""
         fixed = 1 + (leg_m != 0.0)
         smooth = self._smoother(rads, leg_m < 0.0)
         found, clear, cost_s = smooth(
             _merged(points, fixed, fixed_end), fixed, fixed_end, not self._hurries
         )
-        return Way(found, rads[1], leg_m < 0.0, clear, cost_s, smooth.bends(found))
+        return Path(found, rads[1], leg_m < 0.0, clear, cost_s, smooth.bends(found))
 
     def _ends(
         self, x_m: float, y_m: float, heading: float | None

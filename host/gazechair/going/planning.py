@@ -6,9 +6,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from threading import Event
 
-from gazechair.going.way import NoWay, Way
+from gazechair.going.path import NoPath, Path
 
-Planned = Way | NoWay
+Planned = Path | NoPath
 Submit = Callable[[Callable[[], Planned]], Future[Planned]]
 """Runs one job after another, in the order in which they come."""
 

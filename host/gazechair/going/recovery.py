@@ -21,7 +21,7 @@ PERSON, OBSTACLE, STANDS = "going_person", "going_obstacle", "going_stands"
 END_LEG, PLAN, GIVE_UP = "end the leg here", "plan again", "give up"
 _NEAR_PERSON_M = 2.6
 _NO_TURN_S, _OTHER_WAY_S = 1.8, 1.5
-_GO_ROUND_S, _SEEN_S = 3.0, 0.8
+_GO_ROUND_S, _SEEN_S = 2.8, 0.8
 _SAYS_S = 1.0
 # Beside things the board permits no turn to a chair that may still roll by its upper bound of the
 # speed, which is 1.8 s after the last output at most. Until then nothing is refused for good.
@@ -82,6 +82,19 @@ class Recovery:
         """What the board has put out since the last period."""
         self._overruled.count(self.requested, stick)
 
+    def another_path(self) -> None:
+        """Another path is driven from now on."""
+        self._overruled.another_path()
+
+    def meanwhile(self, stick: Stick, now_s: float) -> Stick:
+        """What to request of `stick` while a plan is awaited."""
+        return stick if self._rolls or self._overruled.asks_meanwhile(now_s) else STOP
+
+    @property
+    def _rolls(self) -> bool:
+        """Whether a turn is refused only because the chair may still roll."""
+        return self._follower.turns_on_spot and self._follower.undriven_s < _ROLLS_S
+
     def step(
         self, planner: Planner, pose: Pose, stick: Stick, put_out: Stick, waits: bool, now_s: float
     ) -> Verdict:
@@ -96,8 +109,7 @@ class Recovery:
         if turns != self._stuck.turns:
             self._stuck = Stuck(self._rolled.pose, turns)
         for_s = self._stuck.for_s(now_s)
-        rolls = turns and self._follower.undriven_s < _ROLLS_S
-        ask = stick if self._overruled.asks(0.0 if rolls else for_s, now_s) else STOP
+        ask = stick if self._overruled.asks(0.0 if self._rolls else for_s, now_s) else STOP
         if not for_s:
             return Verdict(ask, reason=moved)
         early_rad = None if turns or waits else self._follower.early_turn_rad(pose)
@@ -106,7 +118,9 @@ class Recovery:
         reason = moved
         if for_s > _SAYS_S:
             reason = STANDS if self._stuck.let_out else self.in_the_way(pose)
-        return self._refused(pose, ask, for_s, reason, rolls)
+        if self._rolls:
+            return Verdict(ask, reason=reason)
+        return self._refused(pose, ask, for_s, reason)
 
     def _idles(self, moved: str | None) -> Verdict:
         """A path requests nothing."""
@@ -115,26 +129,22 @@ class Recovery:
         looked, self._stuck.looked = self._stuck.looked, True
         return Verdict(STOP, GIVE_UP if looked else PLAN, STANDS)
 
-    def _refused(
-        self, pose: Pose, ask: Stick, for_s: float, reason: str | None, rolls: bool
-    ) -> Verdict:
+    def _refused(self, pose: Pose, ask: Stick, for_s: float, reason: str | None) -> Verdict:
         """After `for_s` in vain."""
         stuck, turns = self._stuck, self._stuck.turns
-        if rolls:
-            return Verdict(ask, reason=reason)
         if for_s > (_NO_TURN_S if turns else _OTHER_WAY_S) and not stuck.looked:
             stuck.looked = True
-            self.refuse(pose, turns, shut=turns)
+            self._refuse(pose, turns, shut=turns)
             return Verdict(ask, PLAN, reason)
         if for_s > (PATIENCE_S if not turns and self.may_be_person(pose) else _GO_ROUND_S):
             if self.refused.shut_before(pose, turns):
                 return Verdict(STOP, GIVE_UP, STANDS if stuck.let_out else NO_WAY)
-            self.refuse(pose, turns, shut=True)
+            self._refuse(pose, turns, shut=True)
             self._stuck = Stuck(self._rolled.pose, turns, looked=True)
             return Verdict(ask, PLAN, reason)
         return Verdict(ask, reason=reason)
 
-    def refuse(self, pose: Pose, turns: bool, shut: bool) -> None:
+    def _refuse(self, pose: Pose, turns: bool, shut: bool) -> None:
         """Record that the board refuses this pose."""
         person = not turns and not shut and self.may_be_person(pose)
         self.refused.add(pose, turns, shut, person)

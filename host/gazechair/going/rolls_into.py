@@ -10,9 +10,9 @@ import numpy as np
 from gazechair.base.arrays import FloatArray
 from gazechair.going.bends import CLEAR_M, Bend, Point, bend_at, has_room
 from gazechair.going.costmap import Costmap
+from gazechair.going.path import Path
 from gazechair.going.rolled import along
 from gazechair.going.smooth import ALONG_M, TURN_M, Pose, turn_poses
-from gazechair.going.way import Way
 
 _LEAST_RAD, _MOST_RAD = math.radians(5.0), math.radians(100.0)
 _LEAST_RADIUS_M, _LEAST_TANGENT_M = 0.3, 0.05
@@ -38,47 +38,47 @@ class Rolling:
     """How far it rolls on if it brakes now."""
 
 
-def rolled_into(costmap: Costmap, way: Way, rolling: Rolling) -> Way | None:
+def rolled_into(costmap: Costmap, path: Path, rolling: Rolling) -> Path | None:
     """`way` with a bend into it in place of the turn before it; None: stop and turn.
 
     The bend leads to the path's first vertex, or past a first leg that is too short to the next.
     It must be as free as those of a plan, and the leg after it as free as the path.
     """
-    if way.backward:
+    if path.backward:
         return None
-    for vertex in range(1, min(len(way.points_m), 1 + _VERTICES)):
+    for vertex in range(1, min(len(path.points_m), 1 + _VERTICES)):
         for radius_m in _radii_m(rolling):
-            found = _into(costmap, way, vertex, rolling, radius_m)
+            found = _into(costmap, path, vertex, rolling, radius_m)
             if found is not None:
                 return found
     return None
 
 
-def turns_rolling(costmap: Costmap, way: Way, rolling: Rolling) -> bool:
+def turns_rolling(costmap: Costmap, path: Path, rolling: Rolling) -> bool:
     """Whether the chair may turn to the path's first leg at once, while it still brakes.
 
     It may turn early or late on the way to its stop: at each place there any heading must be free.
     """
-    a, b = way.points_m[:2]
-    if way.backward or float(np.hypot(*(b - a))) < _STRAIGHT_AFTER_M:
+    a, b = path.points_m[:2]
+    if path.backward or float(np.hypot(*(b - a))) < _STRAIGHT_AFTER_M:
         return False
     along_m = np.linspace(0.0, rolling.stops_m, max(2, int(rolling.stops_m / ALONG_M) + 1))
-    return _turns_m(costmap, way, rolling, along_m) >= CLEAR_M
+    return _turns_m(costmap, path, rolling, along_m) >= CLEAR_M
 
 
-def turns_at_stop(costmap: Costmap, way: Way, rolling: Rolling) -> bool:
+def turns_at_stop(costmap: Costmap, path: Path, rolling: Rolling) -> bool:
     """Whether the board will allow the turn to the path's first leg where the chair stops."""
-    return _turns_m(costmap, way, rolling, np.array([rolling.stops_m])) >= TURN_M
+    return _turns_m(costmap, path, rolling, np.array([rolling.stops_m])) >= TURN_M
 
 
-def _turns_m(costmap: Costmap, way: Way, rolling: Rolling, along_m: FloatArray) -> float:
+def _turns_m(costmap: Costmap, path: Path, rolling: Rolling, along_m: FloatArray) -> float:
     """Least clearance in the turn to the first leg, at places `along_m` (N,) straight ahead.
 
     The chair aims at a point on the leg: the farther it rolls past that, the more it turns.
     """
     x, y, heading = rolling.pose
     stops = along(rolling.pose, rolling.stops_m, 0.0)
-    aims = [way.aim_rad(0, pose) for pose in (rolling.pose, stops)]
+    aims = [path.aim_rad(0, pose) for pose in (rolling.pose, stops)]
     turns = [math.remainder(aim - heading, 2.0 * math.pi) for aim in aims if aim is not None]
     if len(turns) < len(aims):
         return -math.inf  # it rolls past the leg: which turn comes next is not known
@@ -93,30 +93,32 @@ def _radii_m(rolling: Rolling) -> list[float]:
     return sorted({max(_LEAST_RADIUS_M, share * least_m) for share in _SHARPER}, reverse=True)
 
 
-def _into(costmap: Costmap, way: Way, vertex: int, rolling: Rolling, radius_m: float) -> Way | None:
+def _into(
+    costmap: Costmap, path: Path, vertex: int, rolling: Rolling, radius_m: float
+) -> Path | None:
     """The path from its `vertex` on, and a bend to it."""
-    end = _point(way, vertex)
+    end = _point(path, vertex)
     bend = _bend(rolling, end, radius_m)
     if bend is None:
         return None
     x, y, heading = rolling.begin
     corner = x + bend.tangent_m * math.cos(heading), y + bend.tangent_m * math.sin(heading)
-    after = way.bend(vertex)
+    after = path.bend(vertex)
     left_m = math.dist(corner, end) - bend.tangent_m
     left_m -= _STRAIGHT_AFTER_M if after is None else after.tangent_m
     if left_m < 0.0 or not has_room(costmap, bend):
         return None
     if after is not None:
-        after = bend_at(costmap, corner, end, _point(way, vertex + 1), after.tangent_m)
+        after = bend_at(costmap, corner, end, _point(path, vertex + 1), after.tangent_m)
         if after is None:
             return None
-    if not _is_free(costmap, rolling.pose, bend, corner, end, min(CLEAR_M, way.clearance_m)):
+    if not _is_free(costmap, rolling.pose, bend, corner, end, min(CLEAR_M, path.clearance_m)):
         return None
-    points = np.array([rolling.pose[:2], corner, *way.points_m[vertex:]])
-    bends = (None, bend, after, *way.bends[vertex + 1 :])
-    first, second = way.points_m[:2]
+    points = np.array([rolling.pose[:2], corner, *path.points_m[vertex:]])
+    bends = (None, bend, after, *path.bends[vertex + 1 :])
+    first, second = path.points_m[:2]
     began_rad = math.atan2(second[1] - first[1], second[0] - first[0])
-    return replace(way, points_m=points, bends=bends, began_rad=began_rad)
+    return replace(path, points_m=points, bends=bends, began_rad=began_rad)
 
 
 def _bend(rolling: Rolling, end: Point, radius_m: float) -> Bend | None:
@@ -151,6 +153,6 @@ def _is_free(
     return costmap.ahead.leg_s(costmap.standing_m, np.array(leaves), np.array(end), False) == 0.0
 
 
-def _point(way: Way, vertex: int) -> Point:
-    x, y = way.points_m[vertex]
+def _point(path: Path, vertex: int) -> Point:
+    x, y = path.points_m[vertex]
     return float(x), float(y)

@@ -32,6 +32,7 @@ class SpotTurn:
         self._gain = 1.0
         """Measured coast divided by the model's."""
         self._shift = 0.0
+        self._answer = 0  # ticks until what was put out shows in the speed
         self.start()
 
     def start(self) -> None:
@@ -55,6 +56,7 @@ class SpotTurn:
         if permille:
             self._let = abs(permille)
             self._done += 1
+            self._answer = round(self._model.answers_s / self._period_s)
 
     def step(self, heading_rad: float, target_rad: float, within_rad: float) -> int | None:
         """Permille for the next period; None: at rest, as near to the target as it gets."""
@@ -70,7 +72,9 @@ class SpotTurn:
             self._runs = False
             self._coasts = (heading_rad, ways[0])
             return 0
-        self._still = self._still + 1 if abs(self._model.speed) < _STANDS_DEG_S else 0
+        self._answer = max(0, self._answer - 1)
+        stands = not self._answer and abs(self._model.speed) < _STANDS_DEG_S
+        self._still = self._still + 1 if stands else 0
         if self._still < _STANDS_TICKS and self._moves:
             return 0
         self._learn(heading_rad)

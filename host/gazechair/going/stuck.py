@@ -26,12 +26,16 @@ class Overruled:
     """How long the board has overruled requests since its last output."""
 
     def __init__(self) -> None:
-        self._seconds = 0.0
+        self._seconds = self._before_s = 0.0
+
+    def another_path(self) -> None:
+        """Another path is driven: what it requests may be permitted."""
+        self._before_s = self._seconds
 
     def count(self, asked: Stick, put_out: Stick) -> None:
         """Count the last period."""
         if put_out != STOP:
-            self._seconds = 0.0
+            self._seconds = self._before_s = 0.0
         elif asked != STOP:
             self._seconds += PERIOD_S
 
@@ -40,6 +44,11 @@ class Overruled:
         if self._seconds < _SELDOM_S:
             return not for_s or for_s % _OF_S < _ASKS_S
         return now_s % _SELDOM_OF_S < _SELDOM_ASKS_S
+
+    def asks_meanwhile(self, now_s: float) -> bool:
+        """The same while another path is computed, however long that takes."""
+        in_vain = self._seconds - self._before_s >= _IN_VAIN_S
+        return self.asks(now_s if in_vain else 0.0, now_s)
 
 
 class Stuck:

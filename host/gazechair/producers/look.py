@@ -19,7 +19,7 @@ from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap, costmap_of
 from gazechair.going.look import UNSEEN, goal, seen_from_here
 from gazechair.going.mission import POSE_LOST, Mission
-from gazechair.going.plan import NoWay, Planner, Pose, Way
+from gazechair.going.plan import NoPath, Path, Planner, Pose
 from gazechair.picture.floor import FloorCamera, NoSpot, gaze_px
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
@@ -77,7 +77,7 @@ class LookProducer(SpotProducer):
         self._scans: list[KeyScan] = []
         self._pictured = False
         self._refused = ""
-        self._found: tuple[Costmap, Planner, Pose, Way] | None = None
+        self._found: tuple[Costmap, Planner, Pose, Path] | None = None
         self._track_of: int | None = None  # the frame of `_found`
         self._mission: Mission | None = None
         self._pressed_s = -math.inf
@@ -149,8 +149,8 @@ class LookProducer(SpotProducer):
             output = self._ride.stand(mission, now_s)
         if output.stick is None:
             return self._over(output.reason, output.state)
-        way = found[3] if mission.way is None else mission.way
-        return replace(output, shown={**output.shown, **self._shown(way.points_m, now_s)})
+        path = found[3] if mission.path is None else mission.path
+        return replace(output, shown={**output.shown, **self._shown(path.points_m, now_s)})
 
     def _over(self, reason: str, state: MotionState = "ended") -> Output:
         """End it; continuing needs another look."""
@@ -221,15 +221,15 @@ class LookProducer(SpotProducer):
         x, y, heading = (float(one) for one in scans[-1].pose)
         seen_from = float(looked[0]), float(looked[1]), float(looked[2])
         there = goal(self._spot_m, seen_from, grid, costmap)
-        if isinstance(there, NoWay):
+        if isinstance(there, NoPath):
             self._refused = there.reason
             return
         planner = Planner(costmap, may_reverse=True)
-        way = planner.plan((x, y, heading), there)
-        if isinstance(way, NoWay):
-            self._refused = way.reason
+        path = planner.plan((x, y, heading), there)
+        if isinstance(path, NoPath):
+            self._refused = path.reason
             return
-        self._found = costmap, planner, there, way
+        self._found = costmap, planner, there, path
 
     def _no_go(self, now_s: float) -> list[FloatArray]:
         """The no-go areas to avoid from now on, in odometry's frame."""

@@ -132,11 +132,11 @@ class PlaceProducer(Producer):
             output = self._ride.stand(mission, now_s)
         if output.stick is None:
             return output
-        return replace(output, shown={**output.shown, "way": _way(mission)})
+        return replace(output, shown={**output.shown, "way": _path(mission)})
 
 
-def _way(mission: Mission) -> list[list[float]]:
-    if mission.way_to_goal is None:
+def _path(mission: Mission) -> list[list[float]]:
+    if mission.path_to_goal is None:
         return []
-    points = mission.way_to_goal.points_m[:_MOST_POINTS]
+    points = mission.path_to_goal.points_m[:_MOST_POINTS]
     return [[round(float(x), 2), round(float(y), 2)] for x, y in points]

@@ -89,7 +89,7 @@ class Ride:
                 return Output(None, "ended", mission.reason)
         state = _STATES.get(mission.state, "waits")
         reason = POSE_DOUBTED if mission.state == LOST else mission.reason
-        shown = {} if mission.way_to_goal is None else {"left_m": round(mission.left_m, 1)}
+        shown = {} if mission.path_to_goal is None else {"left_m": round(mission.left_m, 1)}
         return Output((stick.linear_permille, stick.turn_permille), state, reason, shown)
 
     def _look(self, mission: Mission, at: Pose, time_s: float) -> None:

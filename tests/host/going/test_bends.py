@@ -10,7 +10,7 @@ import pytest
 from gazechair.going.bends import RATE_RAD_S, Bend, bend_at
 from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.pace import PERIOD_S
-from gazechair.going.plan import Planner, Way
+from gazechair.going.plan import Path, Planner
 from gazechair.going.smooth import Refused
 from gazemeasure.obstacles.attack import KINDS, AttackedChair
 from gazemeasure.turn.board import settings_with
@@ -58,7 +58,7 @@ def test_ways_through_free_rooms_bend_and_not_where_the_board_refused_something(
     costmap = floor(((3.0, 0.0, 3.1, 3.6),), HALL)
     start, goal = (1.5, 1.5, math.pi / 2), (6.0, 1.5, -math.pi / 2)
     found = Planner(costmap).plan(start, goal)
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     inner = range(1, len(found.points_m) - 1)
     assert any(found.bend(k) for k in inner)
     refused = [
@@ -67,7 +67,7 @@ def test_ways_through_free_rooms_bend_and_not_where_the_board_refused_something(
         if found.bend(k)
     ]
     again = Planner(costmap).plan(start, goal, refused)
-    assert isinstance(again, Way)
+    assert isinstance(again, Path)
     for k in range(1, len(again.points_m) - 1):
         if again.bend(k) is not None:
             away_m = [math.dist(again.points_m[k], one.pose[:2]) for one in refused]
@@ -84,8 +84,8 @@ class Driving:
         self.chair.place(1.5, 1.5, 0.0)
         self.chair.step(0.01, (0.0, 0.0))
         self.follower = Follower(numbers())
-        self.way = Way(CORNER, None, bends=(None, LEFT, None))
-        self.follower.take(self.way, (1.5, 1.5, 0.0))
+        self.path = Path(CORNER, None, bends=(None, LEFT, None))
+        self.follower.take(self.path, (1.5, 1.5, 0.0))
         self.stick = self.put_out = STOP
         self.off_m = self.seconds = 0.0
 

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from gazechair.going.follow import STOP, Follower, Stick
-from gazechair.going.plan import Way
+from gazechair.going.pace import PERIOD_S
+from gazechair.going.plan import Path
 from gazemeasure.obstacles.attack import KINDS, AttackedChair
 from gazemeasure.turn.board import settings_with
 from gazesim.chair import Chair
 from goingrig import numbers
 
 NARROW_M, JAMS_M, WIDE_M = 0.05, 0.02, 0.50
-STRAIGHT = Way(np.array([(0.0, 0.0), (4.0, 0.0)]), None)
+STRAIGHT = Path(np.array([(0.0, 0.0), (4.0, 0.0)]), None)
 
 
 def following(ticks: int, room_m: float) -> Follower:
@@ -73,7 +74,7 @@ def test_the_last_centimetres_of_a_leg_that_it_does_not_look_along_are_left_out(
     """It used to begin, and at once to end, the turn to that leg, for ever."""
     follower = Follower(numbers())
     goal_rad = math.pi / 2
-    follower.take(Way(np.array([(0.0, 0.0), (0.04, 0.0)]), goal_rad), (0.0, 0.0, math.radians(70)))
+    follower.take(Path(np.array([(0.0, 0.0), (0.04, 0.0)]), goal_rad), (0.0, 0.0, math.radians(70)))
     for _ in range(10):
         follower.moved(STOP, 0.0, 0.0)
         follower.step((0.0, 0.0, math.radians(70.0)), math.inf, NARROW_M)
@@ -90,8 +91,8 @@ def test_where_it_is_narrow_a_turn_waits_for_what_its_pulse_makes(
     chair.place(0.0, 0.0, 0.0)
     follower = Follower(numbers())
     heading = math.radians(turn_deg)
-    way = Way(np.array([(0.0, 0.0), (4.0 * math.cos(heading), 4.0 * math.sin(heading))]), None)
-    follower.take(way, (0.0, 0.0, 0.0))
+    path = Path(np.array([(0.0, 0.0), (4.0 * math.cos(heading), 4.0 * math.sin(heading))]), None)
+    follower.take(path, (0.0, 0.0, 0.0))
     stick = STOP
     for _ in range(300):
         follower.moved(stick, chair.speed_m_s, chair.yaw_rate_deg_s)
@@ -118,7 +119,7 @@ def test_after_the_board_held_it_back_it_starts_gently() -> None:
 
 def test_backing_out_it_comes_to_rest_before_it_drives_ahead() -> None:
     follower = Follower(numbers())
-    follower.take(Way(np.array([(0.0, 0.0), (-4.0, 0.0)]), None, backward=True), (0.0, 0.0, 0.0))
+    follower.take(Path(np.array([(0.0, 0.0), (-4.0, 0.0)]), None, backward=True), (0.0, 0.0, 0.0))
     stick, at_m = STOP, 0.0
     for _ in range(60):
         follower.moved(stick, None, 0.0)
@@ -155,7 +156,7 @@ def test_it_has_arrived_when_the_turn_runs_out_at_the_heading() -> None:
     chair = Chair("3.1")
     chair.place(0.0, 0.0, 0.0)
     chair.step(0.01, (0.0, 0.0))
-    follower.take(Way(np.array([(0.0, 0.0), (0.01, 0.0)]), math.pi / 2), (0.0, 0.0, 0.0))
+    follower.take(Path(np.array([(0.0, 0.0), (0.01, 0.0)]), math.pi / 2), (0.0, 0.0, 0.0))
     stick = STOP
     for _ in range(200):
         follower.moved(stick, chair.speed_m_s, chair.yaw_rate_deg_s)
@@ -172,9 +173,26 @@ def test_it_has_arrived_when_the_turn_runs_out_at_the_heading() -> None:
     assert chair.heading_deg == pytest.approx(90.0, abs=2.5)
 
 
+def test_a_curve_tells_nothing_about_the_output_of_a_turn_on_the_spot() -> None:
+    """It took a curve's small output for that of the turn, and requested it far too long."""
+    follower = following(80, WIDE_M)
+    for _ in range(10):
+        follower.moved(Stick(600, 60), 0.2, 1.0)
+    for _ in range(40):
+        follower.moved(STOP, 0.0, 0.0)
+    follower.take(Path(np.array([(1.0, 0.0), (1.01, 0.0)]), math.radians(4.0)), (1.0, 0.0, 0.0))
+    asked = longest = 0
+    for _ in range(40):
+        stick = follower.step((1.0, 0.0, 0.0), math.inf, WIDE_M)
+        asked = asked + 1 if stick.turn_permille > 0 else 0
+        longest = max(longest, asked)
+        follower.moved(STOP, 0.0, 0.0)
+    assert 0 < longest * PERIOD_S < 0.8
+
+
 def test_after_a_leg_that_ends_early_it_aims_at_the_next_vertex_from_where_it_is() -> None:
     follower = Follower(numbers())
-    follower.take(Way(np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 0.35)]), None), (0.0, 0.0, 0.0))
+    follower.take(Path(np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 0.35)]), None), (0.0, 0.0, 0.0))
     here = (1.8, 0.05, 0.0)
     stick = follower.step(here, math.inf, WIDE_M)
     assert stick.linear_permille
@@ -197,7 +215,7 @@ def test_the_goal_stays_where_it_is_when_the_last_leg_ends_early() -> None:
 @pytest.mark.parametrize(("x_m", "ends"), [(0.0, False), (0.05, False), (0.2, True)])
 def test_a_leg_that_has_just_begun_is_not_ended_early(x_m: float, ends: bool) -> None:
     follower = Follower(numbers())
-    follower.take(Way(np.array([(0.0, 0.0), (0.28, 0.0), (0.1, 0.3)]), None), (0.0, 0.0, 0.0))
+    follower.take(Path(np.array([(0.0, 0.0), (0.28, 0.0), (0.1, 0.3)]), None), (0.0, 0.0, 0.0))
     assert (follower.early_turn_rad((x_m, 0.0, 0.0)) is not None) is ends
 
 
@@ -207,8 +225,8 @@ def test_backward_it_steers_towards_its_leg(across_m: float) -> None:
     chair = Chair("3.1")
     chair.place(0.0, across_m, 0.0)
     chair.step(0.01, (0.0, 0.0))
-    way = Way(np.array([(0.0, 0.0), (-1.5, 0.0)]), None, backward=True)
-    follower.take(way, (0.0, across_m, 0.0))
+    path = Path(np.array([(0.0, 0.0), (-1.5, 0.0)]), None, backward=True)
+    follower.take(path, (0.0, across_m, 0.0))
     stick, off_m = STOP, []
     for _ in range(400):
         follower.moved(stick, chair.speed_m_s, chair.yaw_rate_deg_s)

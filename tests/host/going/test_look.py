@@ -10,7 +10,7 @@ import pytest
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.costmap import costmap_of
 from gazechair.going.look import TOO_NEAR, UNSEEN, goal, seen_from_here
-from gazechair.going.plan import GOAL_BLOCKED, NoWay, Planner, Pose, Way
+from gazechair.going.plan import GOAL_BLOCKED, NoPath, Path, Planner, Pose
 from gazechair.sensing.mapping.building.mapper import KeyScan
 
 POSE: Pose = (5.0, -2.0, 1.1)
@@ -43,7 +43,7 @@ def _seen():  # type: ignore[no-untyped-def]
 
 def test_a_free_spot_is_a_goal_that_faces_along_the_way(seen) -> None:  # type: ignore[no-untyped-def]
     found = goal((2.0, -0.5), POSE, *seen)
-    assert not isinstance(found, NoWay)
+    assert not isinstance(found, NoPath)
     c, s = math.cos(POSE[2]), math.sin(POSE[2])
     assert found[:2] == pytest.approx((POSE[0] + 2 * c + 0.5 * s, POSE[1] + 2 * s - 0.5 * c))
     along = POSE[2] + math.atan2(-0.5, 2.0)
@@ -55,7 +55,7 @@ def test_before_a_wall_the_front_margin_stays_free(seen, front_m: float, turned:
     """0.8 m before it the body fits along, with 15 cm before its front."""
     footprint = Footprint(margins=Margins(front_m=front_m))
     found = goal((3.2, 0.0), POSE, seen[0], costmap_of(seen[0], footprint))
-    assert not isinstance(found, NoWay)
+    assert not isinstance(found, NoPath)
     assert (abs(math.remainder(found[2] - POSE[2], 2.0 * math.pi)) > 0.3) == turned
 
 
@@ -67,10 +67,10 @@ def test_what_is_within_a_wide_margin_is_not_the_floor_under_the_chair(seen) -> 
 
 def test_the_planner_finds_the_way_there_without_a_map(seen) -> None:  # type: ignore[no-untyped-def]
     at = goal((1.6, -0.4), POSE, *seen)
-    assert not isinstance(at, NoWay)
-    way = Planner(seen[1], may_reverse=True).plan(POSE, at)
-    assert isinstance(way, Way)
-    assert way.length_m < 2.2
+    assert not isinstance(at, NoPath)
+    path = Planner(seen[1], may_reverse=True).plan(POSE, at)
+    assert isinstance(path, Path)
+    assert path.length_m < 2.2
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_the_planner_finds_the_way_there_without_a_map(seen) -> None:  # type: i
 )
 def test_other_spots_are_refused(seen, spot, reason) -> None:  # type: ignore[no-untyped-def]
     found = goal(spot, POSE, *seen)
-    assert isinstance(found, NoWay)
+    assert isinstance(found, NoPath)
     assert found.reason in (reason, GOAL_BLOCKED) if reason == UNSEEN else found.reason == reason
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gazechair.going.maybe_persons import maybe_persons_m
-from gazechair.going.plan import Planner, Way
+from gazechair.going.plan import Path, Planner
 from goingrig import LIDAR_M, floor
 
 
@@ -35,10 +35,10 @@ def test_a_way_keeps_off_what_looks_like_a_person_from_here() -> None:
     ways = []
     for seen in (np.zeros((0, 2)), np.array(((3.8, 1.70), (3.8, 1.76))), np.zeros((0, 2))):
         costmap.suspect(seen)
-        way = planner.plan(start, goal)
-        assert isinstance(way, Way)
-        legs = zip(way.points_m[:-1], way.points_m[1:], strict=True)
+        path = planner.plan(start, goal)
+        assert isinstance(path, Path)
+        legs = zip(path.points_m[:-1], path.points_m[1:], strict=True)
         assert sum(costmap.ahead.leg_s(seen, a, b, False) for a, b in legs) == 0.0
-        ways.append(way)
+        ways.append(path)
     assert ways[0].points_m[:, 1].max() < 2.05 < ways[1].points_m[:, 1].max()
     assert ways[2].points_m == pytest.approx(ways[0].points_m)

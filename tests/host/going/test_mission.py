@@ -15,10 +15,10 @@ from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.follow import STOP, Pose, Stick
 from gazechair.going.mission import ARRIVED, BLOCKED, DRIVING, LOST, POSE_LOST, WAITING, at_once
 from gazechair.going.pace import ACCELERATE_M_S2, PERIOD_S
+from gazechair.going.path import Abandoned
 from gazechair.going.people import People
-from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner, Way
+from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Path, Planner
 from gazechair.going.planning import Planned
-from gazechair.going.way import Abandoned
 from goingrig import TWO_ROOMS, Box, GoingChair, Person, drive_among, floor
 
 pytestmark = pytest.mark.costly
@@ -117,7 +117,7 @@ def test_it_drives_on_until_the_new_way_is_known(chair: GoingChair) -> None:
 
     chair.mission.submit = later
     chair.mission.go((6.5, 1.0, 0.0))
-    old = chair.mission.way
+    old = chair.mission.path
     assert all(chair.step() != STOP for _ in range(6))
     chair.mission.go((6.5, 1.5, 0.0))  # before the plan is ready: the later goal counts
     with pytest.raises(Abandoned):
@@ -129,7 +129,7 @@ def test_it_drives_on_until_the_new_way_is_known(chair: GoingChair) -> None:
         if not n:
             job, found = jobs[1]
             found.set_result(job())
-    assert chair.mission.way is not old
+    assert chair.mission.path is not old
     job, found = jobs[2]  # a better path
     found.set_result(job())
     chair.mission.submit = at_once
@@ -146,7 +146,7 @@ def test_in_a_hurry_the_first_way_is_driven_and_a_better_one_taken_when_it_is_kn
     def hard_at_first(*of: Any) -> Planned:
         asked.append(of[3])
         found = plan(*of)
-        assert isinstance(found, Way)
+        assert isinstance(found, Path)
         return replace(found, cost_s=found.cost_s + 50.0 * (len(asked) == 1))
 
     monkeypatch.setattr(chair.mission.planner, "plan", hard_at_first)
@@ -155,7 +155,7 @@ def test_in_a_hurry_the_first_way_is_driven_and_a_better_one_taken_when_it_is_kn
         chair.mission.go(goal)
         for _ in range(3):
             chair.step()
-            ways.append(chair.mission.way)
+            ways.append(chair.mission.path)
     assert asked == [True, False, True, False]
     first, better, _, other, same, _ = ways
     assert first is not better
@@ -169,21 +169,21 @@ def test_no_better_way_stays_unless_it_had_to_stop_for_one(chair: GoingChair) ->
 
     def hard(*of: Any) -> Planned:
         found = plan(*of)
-        assert isinstance(found, Way)
+        assert isinstance(found, Path)
         return replace(found, cost_s=100.0)
 
     mission.planner.plan = hard  # type: ignore[method-assign]
     mission.go((6.5, 1.0, 0.0))
     chair.step()
-    first = mission.way
+    first = mission.path
     chair.step()
-    assert mission.way is first
+    assert mission.path is first
     mission.go((6.5, 1.5, 0.0))
     chair.step()
-    first = mission.way
+    first = mission.path
     mission._ask_plan()
     chair.step()
-    assert mission.way is not first
+    assert mission.path is not first
 
 
 def test_where_nothing_is_let_out_it_asks_a_third_of_the_time(chair: GoingChair) -> None:
@@ -333,21 +333,21 @@ def test_before_what_may_be_a_person_it_stands_still_where_no_other_way_is_bette
 ) -> None:
     chair.run(8.0)
     stand_on_both_sides(chair)
-    before, plans = chair.mission.way, chair.mission.plans
+    before, plans = chair.mission.path, chair.mission.plans
     chair.refuses, chair.wanders_m = True, 0.02
     chair.run(10.0)
     assert chair.mission.plans == plans + 1
-    assert chair.mission.way is before
+    assert chair.mission.path is before
 
 
 def test_before_whatever_else_it_does_not_wait_but_aims_anew_and_soon_says_that_there_is_no_way(
     chair: GoingChair,
 ) -> None:
     chair.run(8.0)
-    before = chair.mission.way
+    before = chair.mission.path
     chair.refuses = True
     said = [state for state, _ in drive_among(chair, 10.0, lambda _: [])]
-    assert chair.mission.way is not before
+    assert chair.mission.path is not before
     assert BLOCKED in said
 
 
@@ -368,12 +368,12 @@ def test_who_walks_into_the_way_in_two_seconds_limits_the_speed() -> None:
         people.look(around, 0.1 * k)
     assert people.tracks[0].walks
     assert people.tracks[0].vy_m_s == pytest.approx(-1.0, abs=0.3)
-    way = np.array([(0.1 * k, 2.0, 0.0, 0.1 * k) for k in range(40)])
-    free = people.free_m(way, Footprint())
+    path = np.array([(0.1 * k, 2.0, 0.0, 0.1 * k) for k in range(40)])
+    free = people.free_m(path, Footprint())
     assert 1.0 < free < 3.0
     wide = Footprint(margins=Margins(front_m=0.5))
-    assert people.free_m(way, wide) < free - 0.35
-    assert math.isinf(people.free_m(way - (0.0, 3.0, 0.0, 0.0), Footprint()))
+    assert people.free_m(path, wide) < free - 0.35
+    assert math.isinf(people.free_m(path - (0.0, 3.0, 0.0, 0.0), Footprint()))
 
 
 def test_parts_of_a_thing_that_come_into_view_do_not_walk() -> None:
@@ -391,5 +391,5 @@ def test_where_it_comes_back_to_and_is_refused_again_is_as_good_as_shut(chair: G
     mission, (x_m, y_m, heading) = chair.mission, chair.pose
     here, aside = (x_m, y_m, heading), (x_m, y_m, heading - 0.8)
     for pose in (here, aside, here, aside):
-        mission._recovery.refuse(pose, False, shut=False)
+        mission._recovery.refused.add(pose, False, shut=False)
     assert [one.price_s for one in mission._recovery.refused.all] == [12.0, 12.0, 60.0, 60.0]

@@ -15,7 +15,7 @@ from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.costmap import Costmap
 from gazechair.going.distance_field import Distances, distances
 from gazechair.going.lattice import STRICT_M, Lattice
-from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, START_BLOCKED, NoWay, Planner, Pose, Way
+from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, START_BLOCKED, NoPath, Path, Planner, Pose
 from gazechair.going.smooth import PASSES_M, Refused
 from goingrig import TWO_ROOMS, floor
 
@@ -26,13 +26,13 @@ START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
 
 def planned(
     boxes=TWO_ROOMS, start: Pose = START, goal=GOAL, reverse=False, **floor_of
-) -> Way | NoWay:
+) -> Path | NoPath:
     return Planner(floor(boxes, **floor_of), reverse).plan(start, goal)
 
 
 def test_through_a_door() -> None:
     found = planned()
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.clearance_m > 0.05
     assert found.points_m[0].tolist() == [1.5, 2.0]
     assert found.points_m[-1].tolist() == [6.5, 2.0]
@@ -44,7 +44,7 @@ def test_through_a_door_of_85_centimetres(turned: float) -> None:
     narrow = ((3.95, 0.0, 4.05, 1.525), (3.95, 2.375, 4.05, 4.0))
     start = (1.5, 2.0, math.radians(turned))
     found = planned(narrow, start)
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.clearance_m > 0.0
 
 
@@ -56,7 +56,7 @@ def test_a_wider_side_margin_takes_the_wider_of_two_doors(
     doors = ((3.95, 0.0, 4.05, 1.55), (3.95, 2.45, 4.05, 3.3), (3.95, 4.5, 4.05, 5.0))
     margins = Margins(side_m=side_m)
     found = planned(doors, goal=(6.5, 2.0, 0.0), size_m=(8.0, 5.0), margins=margins)
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     x_m, y_m = found.points_m.T
     low_m, high_m = through_y_m
     assert low_m < float(np.interp(4.0, x_m, y_m)) < high_m
@@ -65,37 +65,37 @@ def test_a_wider_side_margin_takes_the_wider_of_two_doors(
 def test_a_wall_within_a_wide_front_margin_is_no_reason_not_to_back_off() -> None:
     start, goal = (7.15, 2.0, 0.0), (2.0, 2.0, math.pi)  # its front is 15 cm before the wall
     found = planned((), start, goal, reverse=True, margins=Margins(front_m=0.3))
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.backward
 
 
 def test_a_door_as_wide_as_the_chair_is_none() -> None:
     too_narrow = ((3.95, 0.0, 4.05, 1.65), (3.95, 2.35, 4.05, 4.0))
-    assert planned(too_narrow) == NoWay(NO_WAY)
+    assert planned(too_narrow) == NoPath(NO_WAY)
 
 
 def test_a_goal_in_a_wall_is_blocked() -> None:
-    assert planned(goal=(4.0, 0.7, 0.0)) == NoWay(GOAL_BLOCKED)
+    assert planned(goal=(4.0, 0.7, 0.0)) == NoPath(GOAL_BLOCKED)
 
 
 def test_a_start_in_an_obstacle_is_blocked() -> None:
-    assert planned(start=(4.0, 0.7, 0.0)) == NoWay(START_BLOCKED)
+    assert planned(start=(4.0, 0.7, 0.0)) == NoPath(START_BLOCKED)
 
 
 def test_a_no_go_area_round_the_start() -> None:
     drawn = np.array(((0.5, 1.0), (2.5, 1.0), (2.5, 3.0), (0.5, 3.0)))
-    assert planned(no_go=(drawn,)) == NoWay(START_BLOCKED)
+    assert planned(no_go=(drawn,)) == NoPath(START_BLOCKED)
 
 
 def test_nothing_seen_is_no_floor() -> None:
-    assert isinstance(planned(unseen=((0.0, 0.0, 8.0, 4.0),)), NoWay)
+    assert isinstance(planned(unseen=((0.0, 0.0, 8.0, 4.0),)), NoPath)
 
 
 def test_docking_ends_straight_on() -> None:
     # Two narrow boxes 0.95 m apart: no room to turn between them.
     legs = ((6.6, 1.45, 7.6, 1.5), (6.6, 2.45, 7.6, 2.5))
     found = planned((*TWO_ROOMS, *legs), goal=(6.7, 1.975, 0.0))
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     last = found.points_m[-1] - found.points_m[-2]
     assert abs(math.atan2(last[1], last[0])) < 0.05
     assert found.clearance_m > 0.03
@@ -105,9 +105,9 @@ def test_out_of_a_dead_end_backward_only_where_it_is_seen() -> None:
     niche = ((1.4, 1.45, 3.3, 1.5), (1.4, 2.5, 3.3, 2.55), (3.25, 1.45, 3.3, 2.55))
     start = (2.1, 2.0, 0.0)
     backward = planned(niche, start, (5.5, 2.0, 0.0), reverse=True)
-    assert isinstance(backward, Way)
+    assert isinstance(backward, Path)
     assert backward.backward
-    assert isinstance(planned(niche, start, (5.5, 2.0, 0.0)), NoWay)
+    assert isinstance(planned(niche, start, (5.5, 2.0, 0.0)), NoPath)
 
 
 def test_another_goal_is_planned_within_half_a_second() -> None:
@@ -115,7 +115,7 @@ def test_another_goal_is_planned_within_half_a_second() -> None:
     spent = []
     for y in (1.0, 1.5, 2.0, 2.5, 3.0):
         begin_s = time.process_time()
-        assert isinstance(planner.plan(START, (6.5, y, 1.0)), Way)
+        assert isinstance(planner.plan(START, (6.5, y, 1.0)), Path)
         spent.append(time.process_time() - begin_s)
     assert sorted(spent)[2] < 0.5
 
@@ -138,7 +138,7 @@ def test_rotated_walls_are_no_obstacle_to_a_door() -> None:
         return c * x - s * y + 3.0, s * x + c * y + 1.0, heading + angle
 
     found = Planner(costmap).plan(turned(1.5, 2.0, 0.0), turned(6.5, 2.0, 0.0))
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.clearance_m > 0.0
 
 
@@ -163,7 +163,7 @@ def test_a_tighter_turn_is_taken_rather_than_a_long_way_round() -> None:
         (7.17, 2.40, 8.0, 2.5),
     )
     found = planned(boxes, (1.0, 0.8, 0.0), (3.0, 3.2, math.pi / 2))
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.clearance_m >= PASSES_M
     assert found.length_m < 6.0
 
@@ -175,7 +175,7 @@ AT_THE_DOOR: Pose = (3.45, 1.93, A_LITTLE_OFF)
 
 def test_a_door_is_not_passed_at_the_heading_that_the_chair_happens_to_have() -> None:
     found = planned(start=BEFORE_THE_DOOR)
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.clearance_m > 0.05
     assert found.cost_s < 60.0
 
@@ -183,10 +183,10 @@ def test_a_door_is_not_passed_at_the_heading_that_the_chair_happens_to_have() ->
 def test_where_the_board_lets_no_turn_be_made_the_chair_backs_off_to_aim_again() -> None:
     planner = Planner(floor(TWO_ROOMS), True)
     found = planner.plan(AT_THE_DOOR, GOAL)
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert not found.backward
     found = planner.plan(AT_THE_DOOR, GOAL, [Refused(*AT_THE_DOOR, True, 60.0)])
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.backward
     assert found.points_m[1][0] < AT_THE_DOOR[0] - 0.2
 
@@ -196,7 +196,7 @@ def test_it_goes_straight_to_a_goal_where_a_leg_into_it_is_dearer() -> None:
     beside_where_it_would_begin = (1.7, 1.95, 2.0, 2.05)
     planner = Planner(floor((beside_where_it_would_begin,)))
     found = planner.plan(start, goal, [Refused(*start, False, 12.0)])
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert len(found.points_m) == 2
     assert found.cost_s < 40.0
 
@@ -206,7 +206,7 @@ def test_where_no_turn_is_let_out_it_makes_no_side_step_of_5_cm_instead() -> Non
     beside_the_goal = (4.2, 2.87, 5.2, 3.17)
     planner = Planner(floor((beside_the_goal,)), True)
     found = planner.plan(start, goal, [Refused(*start, True, 60.0)])
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert np.hypot(*np.diff(found.points_m, axis=0).T).min() > 0.2
     assert found.cost_s < 60.0
 
@@ -215,7 +215,7 @@ def test_a_first_leg_that_would_end_in_a_door_is_left_out() -> None:
     leaf = (3.0, 2.475, 3.95, 2.525)
     frames = ((3.95, 0.0, 4.05, 1.5), (3.95, 2.475, 4.05, 4.0))
     found = planned((*frames, leaf), (2.5, 1.84, math.radians(5.0)))
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.clearance_m > 0.05
     assert found.cost_s < 40.0  # a turn within the frame costs 40 s more
 
@@ -224,7 +224,7 @@ def test_a_goal_that_the_board_would_not_let_it_reach_is_reached_within_centimet
     # The goal is 0.2 m ahead, a wall 0.1 m beyond it: the board drives no nearer than 0.35 m.
     start, goal = (1.07, 1.12, 2.65), (0.85, 1.16, 0.0)
     found = planned((), start, goal, True, size_m=(3.0, 3.0))
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.cost_s < 60.0
     assert 0.0 < math.dist(found.points_m[-1], goal[:2]) < 0.07
 
@@ -234,7 +234,7 @@ def test_close_to_the_goal_it_does_not_turn_back_to_come_straight() -> None:
     boxes = ((0.0, 0.0, 1.0, 3.0), (2.58, 0.0, 3.0, 3.0), (1.49, 2.25, 2.09, 2.9))
     start, goal = (1.75, 1.13, math.radians(95.0)), (1.79, 1.29, math.pi / 2)
     found = planned(boxes, start, goal, True, size_m=(3.0, 3.0))
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.length_m < 0.2
     assert found.cost_s < 60.0
 
@@ -244,8 +244,8 @@ POCKET = ((6.0, 1.2, 7.0, 1.55), (6.0, 2.45, 7.0, 2.8), (7.0, 1.2, 7.1, 2.8))
 DOCKED = (6.2, 2.0, 0.0)
 
 
-def turns_only(found: Way | NoWay) -> bool:
-    return isinstance(found, Way) and found.length_m == 0.0
+def turns_only(found: Path | NoPath) -> bool:
+    return isinstance(found, Path) and found.length_m == 0.0
 
 
 @pytest.mark.parametrize(("ahead_m", "turned_deg"), [(0.05, 0.0), (-0.08, 3.0), (0.11, -3.0)])
@@ -253,7 +253,7 @@ def test_a_chair_that_stands_in_its_pocket_has_arrived(ahead_m: float, turned_de
     start = (DOCKED[0] + ahead_m, 2.0, math.radians(turned_deg))
     found = planned(POCKET, start, DOCKED, True)
     assert turns_only(found)
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert found.heading_rad is None
 
 
@@ -261,17 +261,17 @@ def test_at_its_goal_it_makes_only_the_last_turn_and_from_a_decimetre_away_it_dr
     assert turns_only(planned((), (2.06, 2.0, 1.0), (2.0, 2.0, 0.0)))
     assert turns_only(planned((), (2.06, 2.0, 1.0), (2.0, 2.0)))
     away = planned((), (1.9, 2.0, 0.0), (2.0, 2.0, 0.0))
-    assert isinstance(away, Way)
+    assert isinstance(away, Path)
     assert away.points_m[-1].tolist() == [2.0, 2.0]
 
 
 def test_no_turn_is_planned_into_a_wall() -> None:
     backed_in = (*DOCKED[:2], math.pi)
     found = planned(POCKET, backed_in, DOCKED, True)
-    assert isinstance(found, Way)
+    assert isinstance(found, Path)
     assert min(math.dist(one, DOCKED[:2]) for one in found.points_m[1:-1]) > 0.5
     shut = (*POCKET, (5.2, 1.2, 5.25, 2.8))
-    assert planned(shut, backed_in, DOCKED, True) == NoWay(NO_WAY)
+    assert planned(shut, backed_in, DOCKED, True) == NoPath(NO_WAY)
 
 
 BEFORE_M, BEHIND_M = np.array(((2.0, 1.0), (2.0, 1.05))), np.array(((5.5, 2.0), (5.5, 2.05)))
@@ -329,7 +329,7 @@ def test_past_a_door_leaf_it_drives_straight_on_before_it_turns() -> None:
     refused = Refused(*start, turns=True, price_s=30.0)
     for known in ((), (refused,), 3 * (refused,)):
         found = Planner(floor(boxes), may_reverse=True).plan(start, goal, known)
-        assert isinstance(found, Way)
+        assert isinstance(found, Path)
         assert found.points_m[1] == pytest.approx((found.points_m[1][0], start[1]), abs=0.01)
         assert found.points_m[1][0] > start[0] + 0.2
         assert found.cost_s < 60.0

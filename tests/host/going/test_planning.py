@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from gazechair.going import mission
 from gazechair.going.lattice import Lattice
 from gazechair.going.mission import ARRIVED, PLANNING
+from gazechair.going.path import Abandoned, NoPath, Path
 from gazechair.going.plan import NO_WAY, Planner
 from gazechair.going.planning import Planned, Planning
-from gazechair.going.way import Abandoned, NoWay, Way
 from goingrig import TWO_ROOMS, GoingChair, floor
 
-WAY = Way(np.array([(0.0, 0.0), (1.0, 0.0)]), None)
+WAY = Path(np.array([(0.0, 0.0), (1.0, 0.0)]), None)
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
 
 
@@ -43,7 +46,7 @@ def test_a_plan_is_taken_once_it_is_ready() -> None:
     later = Later()
     planning = Planning(later.submit)
     assert not planning.busy
-    planning.begin(lambda over: NoWay("over") if over() else WAY)
+    planning.begin(lambda over: NoPath("over") if over() else WAY)
     assert planning.busy
     assert planning.take() is None
     later.run(0)
@@ -60,14 +63,14 @@ def test_one_that_nobody_waits_for_learns_so_and_is_never_taken(newer: bool) -> 
 
     def job(over: Callable[[], bool]) -> Planned:
         known.append(over)
-        return NoWay(NO_WAY)
+        return NoPath(NO_WAY)
 
     planning.begin(job)
     later.run(0)
     assert not known[0]()
     planning.abandon()
     if newer:
-        planning.begin(lambda over: NoWay("over") if over() else WAY)
+        planning.begin(lambda over: NoPath("over") if over() else WAY)
     assert known[0]()
     assert planning.take() is None
     assert planning.busy is newer
@@ -106,14 +109,14 @@ def test_a_plan_that_nobody_waits_for_ends_soon(
         planner.plan(START, GOAL, (), False, over)
     assert left[0] == -1
     assert moves[0] == 0
-    assert isinstance(planner.plan(START, GOAL), Way)
+    assert isinstance(planner.plan(START, GOAL), Path)
 
 
 def test_another_goal_does_not_wait_for_a_plan_to_the_one_before() -> None:
     later, chair = Later(), GoingChair(floor(TWO_ROOMS), START)
     chair.mission.go(GOAL)
     chair.run(8.0)
-    old = chair.mission.way
+    old = chair.mission.path
     chair.mission.submit = later.submit
     chair.mission.go((6.5, 1.0, 0.0))
     chair.step()
@@ -122,9 +125,9 @@ def test_another_goal_does_not_wait_for_a_plan_to_the_one_before() -> None:
     assert len(later.jobs) == 2
     later.run(1)
     chair.step()
-    assert chair.mission.way is not old
-    assert chair.mission.way_to_goal is not None
-    assert chair.mission.way_to_goal.points_m[-1].tolist() == [6.5, 1.5]
+    assert chair.mission.path is not old
+    assert chair.mission.path_to_goal is not None
+    assert chair.mission.path_to_goal.points_m[-1].tolist() == [6.5, 1.5]
 
 
 def test_a_plan_from_where_the_chair_only_was_believed_to_be_is_not_taken() -> None:
@@ -142,8 +145,8 @@ def test_a_plan_from_where_the_chair_only_was_believed_to_be_is_not_taken() -> N
     assert chair.mission.state == PLANNING
     later.run(1)
     chair.step()
-    assert chair.mission.way is not None
-    assert chair.mission.way.points_m[0][0] < x - 0.1
+    assert chair.mission.path is not None
+    assert chair.mission.path.points_m[0][0] < x - 0.1
 
 
 def test_where_it_stops_beside_a_table_it_plans_anew_before_it_turns() -> None:
@@ -166,3 +169,33 @@ def test_where_it_stops_beside_a_table_it_plans_anew_before_it_turns() -> None:
             break
     assert chair.mission.state == ARRIVED
     assert chair.least_m > 0.03
+
+
+def test_a_better_path_for_which_it_must_stop_is_taken_once_it_leads_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It used to brake out of the bend of the first path found."""
+    chair = GoingChair(floor((), (9.0, 4.0)), START)
+    chair.mission.go(GOAL)
+    chair.run(6.0)
+    plan, costs_s = chair.mission.planner.plan, []
+
+    def hard_at_first(*of: Any) -> Planned:
+        found = plan(*of)
+        assert isinstance(found, Path)
+        costs_s.append(found.cost_s + 50.0 * (not costs_s))
+        return replace(found, cost_s=costs_s[-1])
+
+    chair.mission.planner.plan = hard_at_first  # type: ignore[method-assign]
+    for name in ("rolled_into", "turns_rolling"):
+        monkeypatch.setattr(mission, name, lambda *_: None)
+    monkeypatch.setattr(chair.mission._follower, "leads_on", lambda *_: len(costs_s) != 2)
+    chair.mission.go((8.0, 2.0, 0.0))
+    for _ in range(20):
+        assert chair.step().linear_permille > 0
+    assert len(costs_s) == 2
+    assert chair.mission.path is not None
+    assert chair.mission.path.cost_s == costs_s[0]
+    for _ in range(20):
+        assert chair.step().linear_permille > 0
+    assert chair.mission.path.cost_s == costs_s[2]

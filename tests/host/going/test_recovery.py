@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from concurrent.futures import Future
 
 import pytest
 
-from gazechair.going.follow import STOP
+from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import ARRIVED
 from gazechair.going.pace import PERIOD_S
+from gazechair.going.plan import Pose
+from gazechair.going.planning import Planned
+from gazechair.going.stuck import Overruled
 from goingrig import GoingChair, floor
 
 pytestmark = pytest.mark.costly
@@ -49,3 +54,47 @@ def test_a_turn_that_is_refused_after_that_is_requested_for_moments_and_given_up
         asked_s += PERIOD_S * (chair.asked != STOP)
     assert any(one.turns for one in chair.mission._recovery.refused.all)
     assert asked_s < 3.0
+
+
+@pytest.mark.parametrize("goal", [(1.0, 2.0, math.pi), (8.5, 2.0, 0.0)], ids=["a turn", "a leg"])
+def test_what_is_refused_is_requested_for_moments_while_a_plan_is_computed(goal: Pose) -> None:
+    """Two plans of 6 s used up the 10 s of requests in vain after which the board ends a press."""
+    chair = GoingChair(floor((), HALL), (1.5, 2.0, 0.0))
+    chair.mission.go((8.5, 2.0, 0.0))
+    chair.run(8.0)
+    chair.mission.go(goal)
+    chair.run(1.5)
+    jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
+
+    def later(job: Callable[[], Planned]) -> Future[Planned]:
+        jobs.append((job, Future()))
+        return jobs[-1][1]
+
+    chair.mission.submit, chair.refuses = later, True
+    while not jobs:
+        chair.step()
+        assert chair.now_s < 14.0
+    asked_s = 0.0
+    for _ in range(round(6.0 / PERIOD_S)):
+        chair.step()
+        asked_s += PERIOD_S * (chair.asked != STOP)
+    assert 0.0 < asked_s < 1.0
+    chair.refuses = False
+    assert any(chair.step() != STOP for _ in range(round(1.1 / PERIOD_S)))  # it may have gone
+    chair.refuses = True
+    chair.run(1.0)
+    jobs[0][1].set_result(jobs[0][0]())
+    chair.step()
+    assert all(chair.step() == STOP != chair.asked for _ in range(10))
+
+
+def test_while_a_plan_is_computed_another_path_is_requested_at_once() -> None:
+    overruled, go = Overruled(), Stick(500, 0)
+    for _ in range(round(3.0 / PERIOD_S)):
+        overruled.count(go, STOP)
+    assert not overruled.asks_meanwhile(0.5)
+    overruled.another_path()
+    assert overruled.asks_meanwhile(0.5)
+    for _ in range(round(0.7 / PERIOD_S)):
+        overruled.count(go, STOP)
+    assert not overruled.asks_meanwhile(0.5)

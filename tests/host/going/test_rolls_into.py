@@ -12,7 +12,7 @@ from gazechair.going import rolls_into
 from gazechair.going.bends import RATE_RAD_S, Bend, Point
 from gazechair.going.costmap import Costmap
 from gazechair.going.mission import ARRIVED, DRIVING
-from gazechair.going.plan import Pose, Way
+from gazechair.going.plan import Path, Pose
 from gazechair.going.rolls_into import Rolling, rolled_into, turns_at_stop, turns_rolling
 from goingrig import TWO_ROOMS, Box, GoingChair, floor
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.costly
 HALL = (10.0, 5.0)
 AT, BEGIN = (3.0, 2.0, 0.0), (3.25, 2.0, 0.0)
 ROLLS = Rolling(AT, BEGIN, 0.35, 0.0, RATE_RAD_S, 0.3)
-ASIDE = Way(np.array([AT[:2], (5.5, 3.0)]), None, clearance_m=0.3)
+ASIDE = Path(np.array([AT[:2], (5.5, 3.0)]), None, clearance_m=0.3)
 
 
 def test_it_bends_from_where_it_turns_as_requested_now() -> None:
@@ -37,8 +37,8 @@ def test_it_bends_from_where_it_turns_as_requested_now() -> None:
 
 @pytest.mark.parametrize("end", [(3.9, 3.8), (3.8, 3.6), (4.2, 0.9)])
 def test_far_aside_the_bend_is_as_sharp_as_a_slower_chair_drives_it(end: Point) -> None:
-    way = replace(ASIDE, points_m=np.array([AT[:2], end]))
-    found = rolled_into(floor((), HALL), way, ROLLS)
+    path = replace(ASIDE, points_m=np.array([AT[:2], end]))
+    found = rolled_into(floor((), HALL), path, ROLLS)
     assert found is not None
     bend = found.bend(1)
     assert bend is not None
@@ -109,7 +109,7 @@ def test_glass_that_is_drawn_leaves_no_room() -> None:
 
 
 @pytest.mark.parametrize(
-    ("way", "rolling"),
+    ("path", "rolling"),
     [
         (replace(ASIDE, backward=True), ROLLS),
         (ASIDE, replace(ROLLS, turns_deg_s=-10.0)),  # it still turns to the other side
@@ -117,8 +117,8 @@ def test_glass_that_is_drawn_leaves_no_room() -> None:
         (replace(ASIDE, points_m=np.array([AT[:2], (3.7, 2.15)])), ROLLS),  # too near
     ],
 )
-def test_what_a_bend_cannot_lead_into_is_turned_to(way: Way, rolling: Rolling) -> None:
-    assert rolled_into(floor((), HALL), way, rolling) is None
+def test_what_a_bend_cannot_lead_into_is_turned_to(path: Path, rolling: Rolling) -> None:
+    assert rolled_into(floor((), HALL), path, rolling) is None
 
 
 @pytest.mark.parametrize(("speed_m_s", "tries"), [(0.35, 3), (0.12, 2), (0.09, 1)])
@@ -148,8 +148,8 @@ def test_past_a_leg_that_is_too_short_it_leads_to_the_next() -> None:
 def test_the_bend_after_it_fits_the_leg_from_it() -> None:
     points = np.array([*ASIDE.points_m, (8.0, 3.0)])
     after = Bend.of(*points.tolist(), 0.5)
-    way = replace(ASIDE, points_m=points, bends=(None, after, None))
-    found = rolled_into(floor((), HALL), way, ROLLS)
+    path = replace(ASIDE, points_m=points, bends=(None, after, None))
+    found = rolled_into(floor((), HALL), path, ROLLS)
     assert found is not None
     assert len(found.points_m) == 4
     bend = found.bend(2)

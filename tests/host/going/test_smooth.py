@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gazechair.going.costmap import Costmap
-from gazechair.going.plan import Planner, Way
+from gazechair.going.plan import Path, Planner
 from gazechair.going.smooth import Refused, Smoother
 from goingrig import TWO_ROOMS, floor
 
@@ -55,11 +55,11 @@ def test_in_a_hurry_a_path_takes_a_third_of_the_look_ups_and_is_clear(costmap: C
         found.append(planner.plan(START, GOAL, (), hurry))
         asked.append(costmap.asked - before)
     hurried, smooth = found
-    assert isinstance(hurried, Way)
-    assert isinstance(smooth, Way)
+    assert isinstance(hurried, Path)
+    assert isinstance(smooth, Path)
     assert 3 * asked[0] < asked[1]
     assert hurried.clearance_m > 0.0
-    first, same = (way.points_m[1] - way.points_m[0] for way in found)
+    first, same = (path.points_m[1] - path.points_m[0] for path in found)
     turn = math.atan2(first[1], first[0]) - math.atan2(same[1], same[0])
     assert abs(math.remainder(turn, 2.0 * math.pi)) < math.radians(20.0)
 
@@ -69,7 +69,7 @@ def test_in_a_hurry_where_removing_vertices_is_not_enough_they_are_moved() -> No
     planner = Planner(floor(narrow))
     for turned in (0.0, 0.3, -0.4, 1.2):
         found = planner.plan((1.5, 2.0, turned), (6.5, 2.0, math.pi / 2), (), True)
-        assert isinstance(found, Way)
+        assert isinstance(found, Path)
 
 
 def test_backing_off_saves_no_wait_before_what_may_be_a_person() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from gazeboard.io.settings import Settings
 from gazechair.base.footprint import Footprint
-from gazechair.going.plan import Planner, Way
+from gazechair.going.plan import Path, Planner
 from gazechair.going.standing import PATIENCE_S, STOPS_M, WAITS_S, Ahead, standing_m
 from gazechair.sensing.clearance.standing import Approach
 from gazechair.sensing.clearance.stood import CALM_S
@@ -73,9 +73,9 @@ def test_a_leg_that_heads_for_one_costs_what_waiting_does(
 
 def test_a_way_round_a_stool_keeps_off_what_is_before_it() -> None:
     costmap = floor((STOOL,))
-    way = Planner(costmap).plan((1.0, 2.0, 0.0), (5.2, 1.0, math.pi / 2))
-    assert isinstance(way, Way)
-    legs = zip(way.points_m[:-1], way.points_m[1:], strict=True)
+    path = Planner(costmap).plan((1.0, 2.0, 0.0), (5.2, 1.0, math.pi / 2))
+    assert isinstance(path, Path)
+    legs = zip(path.points_m[:-1], path.points_m[1:], strict=True)
     assert sum(costmap.ahead.leg_s(costmap.standing_m, a, b, False) for a, b in legs) == 0.0
 
 

@@ -15,8 +15,8 @@ import pytest
 
 from gazechair.base.footprint import Footprint
 from gazechair.going.mission import DRIVING, WAITING
+from gazechair.going.path import Abandoned
 from gazechair.going.plan import Planner
-from gazechair.going.way import Abandoned
 from gazechair.producers import place
 from gazechair.producers.contract import Press, Sensed, Setup
 from gazechair.producers.pose_watch import AGAIN_S, ENDS_S, STANDS_S
@@ -192,16 +192,16 @@ def test_a_press_on_the_way_keeps_the_mission_and_changes_its_goal(
     first = producer._mission.result()
     assert first is not None
     assert first.state == DRIVING
-    way = first.way
+    path = first.path
     producer.press(press(2, at_s=now_s + 0.05, y=3.0))
     now_s = drive(producer, thinker, now_s + 0.05, 1)
     assert producer._mission.result() is first
     assert first.goal == (2.0, 3.0, 0.0)
     assert first.state == DRIVING
-    assert first.way is way  # until the new one is known
+    assert first.path is path  # until the new one is known
     drive(producer, thinker, now_s + 0.05, 2)
-    assert first.way is not None
-    assert first.way.points_m[-1].tolist() == [2.0, 3.0]
+    assert first.path is not None
+    assert first.path.points_m[-1].tolist() == [2.0, 3.0]
 
 
 @pytest.mark.parametrize(("y_m", "state"), [(3.0, "drives"), (0.05, "blocked")])
@@ -274,7 +274,7 @@ def test_a_late_pose_makes_it_stand_and_go_on_along_its_path(
     now_s = drive(producer, thinker, 10.0, 8)
     mission = producer._mission.result()
     assert mission is not None
-    way, plans = mission.way, mission.plans
+    path, plans = mission.path, mission.plans
     sent = [producer.step(Sensed(), now_s + 0.05 * n) for n in range(1, round(ENDS_S / 0.05))]
     assert sent[0].stick != (0, 0)
     stands = next(n for n, one in enumerate(sent, 1) if one.reason == POSE_DOUBTED)
@@ -285,7 +285,7 @@ def test_a_late_pose_makes_it_stand_and_go_on_along_its_path(
     moves = next(n for n, one in enumerate(again) if one.stick != (0, 0))
     assert 0.05 * moves >= AGAIN_S
     assert again[-1].state == "drives"
-    assert (mission.way, mission.plans, thinker.todo) == (way, plans, [])
+    assert (mission.path, mission.plans, thinker.todo) == (path, plans, [])
 
 
 def test_a_pose_that_stays_unknown_ends_it(producer: place.PlaceProducer, thinker: Later) -> None:

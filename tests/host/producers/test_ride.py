@@ -21,7 +21,7 @@ GOAL: Pose = (4.0, 2.0, 0.0)
 class Tries:
     """A mission whose plans all come to nothing: every 12 s it drives, waits, and is blocked."""
 
-    way_to_goal = None
+    path_to_goal = None
     cap_permille = 1000
     reason = NO_WAY
 

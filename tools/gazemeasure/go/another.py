@@ -22,17 +22,17 @@ from __future__ import annotations
 
 import copy
 import math
+import pathlib
 import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from gazechair.going.bends import RATE_RAD_S
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.mission import PLANNING
-from gazechair.going.pace import ACCELERATE_M_S2, JERK_M_S3
-from gazechair.going.plan import Pose, Way
+from gazechair.going.pace import ACCELERATE_M_S2, JERK_M_S3, START_M_S2
+from gazechair.going.plan import Path, Pose
 from gazelink.settings_table import PROFILES, TABLE
 from gazemeasure.go import missions, rows, scenes
 from gazemeasure.go import record as go_record
@@ -124,7 +124,7 @@ def mission(job: Job) -> Redirected:
     start, goal, before = missions.poses(home, grid, chance, 3, False)
     profile = PROFILES[job.seed % len(PROFILES)]
     with tempfile.TemporaryDirectory(prefix="gazechair-") as folder:
-        judge = Another(Scene(home, grid, start, goal, profile), before, Path(folder))
+        judge = Another(Scene(home, grid, start, goal, profile), before, pathlib.Path(folder))
         try:
             driven = judge.drive()
         finally:
@@ -144,7 +144,7 @@ def mission(job: Job) -> Redirected:
 class Another(Judge):
     """Changes the goal after 8 s."""
 
-    def __init__(self, scene: Scene, before: Pose, folder: Path) -> None:
+    def __init__(self, scene: Scene, before: Pose, folder: pathlib.Path) -> None:
         self._before = before
         super().__init__(scene, folder, None)
         self.how = ""
@@ -152,7 +152,7 @@ class Another(Judge):
         self.planned_after_s = self.output_after_s = math.inf
         self._goes_on: GoesOn | None = None
         self._first: Pose | tuple[float, float] | None = None
-        self._new: Way | None = None
+        self._new: Path | None = None
         self._off_rad = 0.0
         self._moved = 0.0, 0.0
         self.acts.append(self._watch)
@@ -173,10 +173,10 @@ class Another(Judge):
         if not self.pressed_ms or self.moves_after_s < math.inf or self.since_s > _LATEST_S:
             return
         mission, twin = self.chair.mission, self.chair.world.chair
-        if mission is None or mission.way is None:
+        if mission is None or mission.path is None:
             return
-        way = mission.way
-        known = mission._way_to not in (None, self._first)  # one to the first may come only now
+        path = mission.path
+        known = mission._path_to not in (None, self._first)  # one to the first may come only now
         if self._goes_on is not None:
             self._goes_on.one_ms()
         elif known or mission.state == PLANNING:  # to plan anew from where it stops, it brakes
@@ -186,13 +186,13 @@ class Another(Judge):
         if not known or self._goes_on is None:
             return
         self.planned_after_s = min(self.planned_after_s, self.since_s)
-        if way is not self._new:
-            self._new, self._off_rad = way, off_rad(way, math.radians(twin.heading_deg))
-            self.how = class_of(way, self._off_rad, *self._moved)
+        if path is not self._new:
+            self._new, self._off_rad = path, off_rad(path, math.radians(twin.heading_deg))
+            self.how = class_of(path, self._off_rad, *self._moved)
         if self.output_after_s == math.inf and self._goes_on.wipers != self.chair.world.wipers:
             self.output_after_s = self.since_s
         steered = steered_deg_s(*self._moved)
-        if obeys(way, self._off_rad, twin.speed_m_s, twin.yaw_rate_deg_s, steered):
+        if obeys(path, self._off_rad, twin.speed_m_s, twin.yaw_rate_deg_s, steered):
             self.moves_after_s = self.since_s
             self.responds_after_s = min(self.responds_after_s, self.since_s)
 
@@ -215,13 +215,13 @@ class GoesOn:
         return abs(self._chair.speed_m_s) - abs(than.speed_m_s)
 
 
-def off_rad(way: Way, heading_rad: float) -> float:
+def off_rad(path: Path, heading_rad: float) -> float:
     """Angle, left positive, from the chair's heading to the first one of the path as planned."""
-    a, b = way.points_m[:2]
-    first = math.atan2(b[1] - a[1], b[0] - a[0]) + (math.pi if way.backward else 0.0)
-    if math.dist(a, b) < 0.03 and way.heading_rad is not None:
-        first = way.heading_rad
-    first = first if way.began_rad is None else way.began_rad
+    a, b = path.points_m[:2]
+    first = math.atan2(b[1] - a[1], b[0] - a[0]) + (math.pi if path.backward else 0.0)
+    if math.dist(a, b) < 0.03 and path.heading_rad is not None:
+        first = path.heading_rad
+    first = first if path.began_rad is None else path.began_rad
     return math.remainder(first - heading_rad, 2.0 * math.pi)
 
 
@@ -231,7 +231,9 @@ def steered_deg_s(speed_m_s: float, rate_deg_s: float) -> float:
     return rate_deg_s if steers else 0.0
 
 
-def obeys(way: Way, off: float, speed_m_s: float, rate_deg_s: float, steered: float = 0.0) -> bool:
+def obeys(
+    path: Path, off: float, speed_m_s: float, rate_deg_s: float, steered: float = 0.0
+) -> bool:
     """Whether the chair truly moves as the path begins: turning to it, or along it.
 
     Of a turn, what it `steered` at the message in degrees/s does not count.
@@ -239,17 +241,17 @@ def obeys(way: Way, off: float, speed_m_s: float, rate_deg_s: float, steered: fl
     if abs(off) > _STRAIGHT_RAD:
         side = math.copysign(1.0, off)
         return side * rate_deg_s > MOVES_DEG_S + max(0.0, side * steered)
-    return (-speed_m_s if way.backward else speed_m_s) > MOVES_M_S
+    return (-speed_m_s if path.backward else speed_m_s) > MOVES_M_S
 
 
-def class_of(way: Way, off: float, speed_m_s: float, rate_deg_s: float) -> str:
+def class_of(path: Path, off: float, speed_m_s: float, rate_deg_s: float) -> str:
     """What the path asks of a chair that moves like this."""
-    if obeys(way, off, speed_m_s, rate_deg_s, steered_deg_s(speed_m_s, rate_deg_s)):
+    if obeys(path, off, speed_m_s, rate_deg_s, steered_deg_s(speed_m_s, rate_deg_s)):
         return GOES_ON
     if abs(off) <= _STRAIGHT_RAD:
-        return BACKS if (speed_m_s if way.backward else -speed_m_s) > _ROLLS_M_S else STARTS
+        return BACKS if (speed_m_s if path.backward else -speed_m_s) > _ROLLS_M_S else STARTS
     turns_away = math.copysign(1.0, off) * rate_deg_s < -MOVES_DEG_S
-    if speed_m_s > _ROLLS_M_S and abs(off) < _AHEAD_RAD and not (way.backward or turns_away):
+    if speed_m_s > _ROLLS_M_S and abs(off) < _AHEAD_RAD and not (path.backward or turns_away):
         return CURVES
     return STOPS if turns_away or abs(speed_m_s) > _ROLLS_M_S else TURNS
 
@@ -272,7 +274,7 @@ def floor_s(profile: str, how: str) -> float:
     chair.step(_TICK_S, (0.0, 0.0))
     for _ in range(round(_SETTLES_S / _TICK_S)):
         chair.step(_TICK_S, (begins[0] / 1000.0, begins[1] / 1000.0))
-    speed = acceleration = at_s = 0.0
+    speed, acceleration, at_s = 0.0, START_M_S2, 0.0
     while at_s < _SETTLES_S:
         acceleration = min(ACCELERATE_M_S2, acceleration + JERK_M_S3 * _TICK_S)
         speed += acceleration * _TICK_S

@@ -18,7 +18,7 @@ from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import costmap_of
 from gazechair.going.look import goal, seen_from_here
 from gazechair.going.mission import Mission
-from gazechair.going.plan import NoWay, Planner, Pose
+from gazechair.going.plan import NoPath, Planner, Pose
 from gazechair.picture.floor import FARTHEST_M, FloorCamera, NoSpot, gaze_px
 from gazechair.sensing.lidar.scan import to_chair
 from gazechair.sensing.mapping.building.mapper import KeyScan
@@ -171,7 +171,7 @@ def go(seed: int, kind: str = NOISE) -> Went:
         return Went(found, 0.0, 0)
     grid = seen_from_here(scans, Footprint())
     at = goal(found, start, grid, mission.costmap)
-    if isinstance(at, NoWay):
+    if isinstance(at, NoPath):
         return Went(at.reason, 0.0, 0)
     outcome = chair.go(at, _LIMIT_S)
     c, s = math.cos(start[2]), math.sin(start[2])
@@ -193,7 +193,7 @@ def _free_spot(room: Room, eye: Eye, start: Pose, random: np.random.Generator) -
         meant = _meant(eye, random)
         steps = np.linspace(0.0, 1.0, 12)[:, None] * meant
         along = math.degrees(turn) + math.degrees(math.atan2(meant[1], meant[0]))
-        way = [(x + c * a - s * b, y + s * a + c * b) for a, b in steps]
-        if min(room.clearance_m(px, py, along) for px, py in way) > 0.08:
+        path = [(x + c * a - s * b, y + s * a + c * b) for a, b in steps]
+        if min(room.clearance_m(px, py, along) for px, py in path) > 0.08:
             return meant
     return None

@@ -12,7 +12,7 @@ from typing import Any
 
 from gazeboard.core.stopping import Stopping
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.plan import Pose, Way
+from gazechair.going.plan import Path, Pose
 from gazelink import codes
 
 
@@ -34,17 +34,17 @@ class Permitted:
         return (permille / 1000.0 - deadband) / (1.0 - deadband)
 
 
-def ideal_s(way: Way, start: Pose, permitted: Permitted) -> float:
+def ideal_s(path: Path, start: Pose, permitted: Permitted) -> float:
     """Seconds for the way at the permitted speed, with time-optimal turns on the spot."""
-    total, before = way.length_m / permitted.m_s, start[2]
-    for number, (a, b) in enumerate(zip(way.points_m[:-1], way.points_m[1:], strict=True)):
+    total, before = path.length_m / permitted.m_s, start[2]
+    for number, (a, b) in enumerate(zip(path.points_m[:-1], path.points_m[1:], strict=True)):
         heading = math.atan2(b[1] - a[1], b[0] - a[0])
-        if way.backward and number == 0:
+        if path.backward and number == 0:
             heading += math.pi
         total += _turn_s(heading - before, permitted)
         before = heading
-    if way.heading_rad is not None:
-        total += _turn_s(way.heading_rad - before, permitted)
+    if path.heading_rad is not None:
+        total += _turn_s(path.heading_rad - before, permitted)
     return total
 
 

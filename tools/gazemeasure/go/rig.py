@@ -24,7 +24,7 @@ from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import costmap_of
 from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import ARRIVED, BLOCKED, Mission
-from gazechair.going.plan import Planner, Pose, Way
+from gazechair.going.plan import Path, Planner, Pose
 from gazechair.going.planning import Planned
 from gazechair.going.rolled import Located
 from gazechair.sensing.clearance.evaluate import Evaluator
@@ -354,14 +354,14 @@ class Go:
         mission.go(goal)
         self.press()
         self._step()
-        first_way: Way | None = None
+        first_path: Path | None = None
         began, permitted = _pose_of(self.pose), self._may(False)
         blocked_ms = 0
         while self.now_ms - begin_ms < 1000.0 * (limit_s + 4.0 * outcome.ideal_s):
             self._step()
-            if mission.way is not None and first_way is None:
-                first_way, began = mission.way, _pose_of(self.pose)
-                outcome.ideal_s = ideal_s(first_way, began, permitted)
+            if mission.path is not None and first_path is None:
+                first_path, began = mission.path, _pose_of(self.pose)
+                outcome.ideal_s = ideal_s(first_path, began, permitted)
             if mission.state == ARRIVED:
                 break
             if mission.state == BLOCKED:
@@ -376,8 +376,8 @@ class Go:
             if outcome.collisions:
                 break
         outcome.took_s = (self.now_ms - begin_ms) / 1000.0
-        if self._trusted and first_way is not None:
-            outcome.ideal_s = ideal_s(first_way, began, self._may(True))
+        if self._trusted and first_path is not None:
+            outcome.ideal_s = ideal_s(first_path, began, self._may(True))
         outcome.reported_arrived = mission.state == ARRIVED
         outcome.reason = mission.reason or mission.state
         self.run_ms(round(1000.0 * settle_s))

@@ -7,18 +7,18 @@ before ended, and has one press. The simulator's truth judges.
 from __future__ import annotations
 
 import math
+import pathlib
 import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from gazechair.base.footprint import Footprint
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import costmap_of
-from gazechair.going.plan import Planner, Pose, Way
+from gazechair.going.plan import Path, Planner, Pose
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.places import Drawn
@@ -81,7 +81,7 @@ class Driven:
 class Judge:
     """Drives one mission. `acts` are called each millisecond."""
 
-    def __init__(self, scene: Scene, folder: Path, plan_ms: float | None = PLAN_MS) -> None:
+    def __init__(self, scene: Scene, folder: pathlib.Path, plan_ms: float | None = PLAN_MS) -> None:
         """`plan_ms`: see LocatedChair."""
         self.scene = scene
         drawn = Drawn()
@@ -168,15 +168,15 @@ class Judge:
         numbers = ChairNumbers.of(settings)
         permitted = Permitted(self.chair.board.app.settings, numbers, trusted)
         costmap = costmap_of(self.scene.grid, Footprint(), self._no_go)
-        way = Planner(costmap, True).plan(self.scene.start, self.scene.goal, ())
-        return ideal_s(way, self.scene.start, permitted) if isinstance(way, Way) else math.inf
+        path = Planner(costmap, True).plan(self.scene.start, self.scene.goal, ())
+        return ideal_s(path, self.scene.start, permitted) if isinstance(path, Path) else math.inf
 
 
 def drive(scene: Scene, act: Callable[[Judge], None] = lambda _judge: None) -> Driven:
     """Drive it; `act` is called each millisecond."""
     begin_s = time.process_time()
     with tempfile.TemporaryDirectory(prefix="gazechair-") as folder:
-        judge = Judge(scene, Path(folder))
+        judge = Judge(scene, pathlib.Path(folder))
         judge.acts.append(lambda: act(judge))
         try:
             driven = judge.drive()

@@ -21,7 +21,7 @@ _ALONG_M = 0.4  # nearer to its leg's end, only the leg's direction counts
 
 
 @dataclass(frozen=True)
-class Way:
+class Path:
     """Vertices (N, 2) from the chair to the goal, and the heading to end with (None: any)."""
 
     points_m: FloatArray
@@ -60,7 +60,7 @@ class Way:
             heading = math.atan2(b[1] - a[1], b[0] - a[0])
         return heading + math.pi if self.backward and not leg else heading
 
-    def begun_at(self, vertex: int, pose: Pose) -> Way:
+    def begun_at(self, vertex: int, pose: Pose) -> Path:
         """The same path with its leg from `vertex` beginning at `pose`; the goal stays."""
         if vertex >= len(self.points_m) - 1:
             return self
@@ -81,7 +81,7 @@ class Abandoned(Exception):
 
 
 @dataclass(frozen=True)
-class NoWay:
+class NoPath:
     """There is no path; `reason` is a key of the string tables."""
 
     reason: str
