@@ -8,6 +8,7 @@ it hides what the map has behind it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,11 +29,17 @@ _STRAIGHT_M, _STRAIGHT_COUNTS = 0.8, 2.0
 _FAR_M, _FAR_AGREED = 2.0, 0.7
 # Required lead over every other pose: metres, plus a share of what it does not explain.
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
-# Where an unmapped place of the same kind is no likely explanation: much agrees, and of what is far
-# almost all; or little is contradicted, very little where less of what is far agrees, and it leads
-# its mirror image.
-_AMPLE_M, _AMPLE_FAR = 14.0, 0.95
+# The share of it that is required over a pose that is itself ruled out by what is seen.
+_LEAD_OVER_IMPOSSIBLE = 0.5
+# Where an unmapped place of the same kind is no likely explanation: almost all that is far agrees,
+# or most of it when the chair has looked all around (a share of the bearings). An unmapped place
+# agrees less the more of it is seen.
+_ALL_FAR, _ALL_AROUND = 0.95, 0.85
+_BEARINGS, _FLOOR_M = 36, 1.0  # floor at that distance shows a bearing in which nothing stands
+# Then little is contradicted (very little where less of what is far agrees) and the pose leads its
+# mirror image; or almost all of what is far agrees, all around, and much.
 _CLEAR_FAR, _CLEAR_AGAINST, _CLEAR_AGAINST_FAR = 0.8, 0.125, 0.05
+_AMPLE_M = 14.0
 
 
 @dataclass(frozen=True)
@@ -57,6 +64,18 @@ class Candidate:
         """Share of the surfaces that are not close to the chair, 0..1."""
         far = far_of(self.settled, self.odometry)
         return float(self.agreement.agreed[far].mean()) if far.any() else 1.0
+
+    @cached_property
+    def seen_around(self) -> float:
+        """Share of the bearings in which something static, or floor, was seen, 0..1."""
+        step_rad = 2.0 * math.pi / _BEARINGS
+        off_m = self.settled.surfaces_m - self.odometry[:2]
+        bearings_rad = step_rad * (np.arange(_BEARINGS) + 0.5)
+        seen = np.floor(np.arctan2(off_m[:, 1], off_m[:, 0]) / step_rad).astype(np.int64)
+        ring_m = _FLOOR_M * np.stack((np.cos(bearings_rad), np.sin(bearings_rad)), axis=1)
+        floor = self.settled.is_free(self.odometry[:2] + ring_m)
+        floor[seen % _BEARINGS] = True
+        return float(floor.mean())
 
     @cached_property
     def against_m(self) -> float:
@@ -84,15 +103,29 @@ class Candidate:
         return against_m <= _CONTRADICTED_M + _CONTRADICTED * share**2 * agreed_m
 
     def leads(self, other: Candidate) -> bool:
-        """Whether the chair is far more likely here than at the other."""
-        agreement = self.agreement
-        unexplained_m = CELL_M * len(agreement.agreed) - agreement.agreed_m
-        least_m = _LEAD_M + _LEAD_OF_UNEXPLAINED * unexplained_m
-        return agreement.value_m - other.agreement.value_m >= least_m
+        """Whether what is seen fits far better here than at the other."""
+        return self.agreement.value_m - other.agreement.value_m >= self._lead_m
 
-    def leads_all(self, others: list[Candidate]) -> bool:
+    @property
+    def _lead_m(self) -> float:
+        unexplained_m = CELL_M * len(self.agreement.agreed) - self.agreement.agreed_m
+        return _LEAD_M + _LEAD_OF_UNEXPLAINED * unexplained_m
+
+    def excludes(self, other: Candidate) -> bool:
+        """Whether the chair is far more likely here than at the other.
+
+        Where the chair may be at the other, too, more has to agree here: a lead that comes from
+        what is gone there is none, as it may be one piece of furniture.
+        """
+        here, there = self.agreement, other.agreement
+        lead_m, agreed_m = here.value_m - there.value_m, here.agreed_m - there.agreed_m
+        if min(lead_m, agreed_m) >= self._lead_m:
+            return True
+        return lead_m >= _LEAD_OVER_IMPOSSIBLE * self._lead_m and not other.is_possible()
+
+    def excludes_all(self, others: list[Candidate]) -> bool:
         """Whether the chair is far more likely here than at any of the others."""
-        return all(self.leads(one) for one in others)
+        return all(self.excludes(one) for one in others)
 
     def is_certain(self, images: Callable[[Candidate], list[Candidate]]) -> bool:
         """Whether an unmapped place of the same kind is no likely explanation.
@@ -100,12 +133,15 @@ class Candidate:
         `images` gives the poses at which the mirror image of what was seen fits, which is nowhere:
         what fits as well as that shows only the kind of place, as the end of a corridor.
         """
-        if self.agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
+        all_far, all_around = self.far_agreed >= _ALL_FAR, self.seen_around >= _ALL_AROUND
+        if not all_far and not all_around:
+            return False
+        if all_far and all_around and self.agreement.value_m >= _AMPLE_M:
             return True
         against = _CLEAR_AGAINST if self.far_agreed >= _CLEAR_FAR else _CLEAR_AGAINST_FAR
         if self.against_m > against * self.agreement.agreed_m:
             return False
-        return self.leads_all(images(self))
+        return all(self.leads(one) for one in images(self))
 
 
 def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
@@ -116,4 +152,4 @@ def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
 def is_only(candidates: list[Candidate]) -> bool:
     """Whether the first may be the chair's pose, and none of the others."""
     best = candidates[0]
-    return best.is_possible() and best.leads_all(candidates[1:])
+    return best.is_possible() and best.excludes_all(candidates[1:])

@@ -161,7 +161,7 @@ class Localization:
         if claim is None:
             return False
         rivals = other._candidates(claim.settled, claim.odometry, other._kept)
-        return not claim.leads_all(rivals)
+        return not claim.excludes_all(rivals)
 
     def _images(self, claim: Candidate) -> list[Candidate]:
         """Where in the map the mirror image of what was seen fits; best first."""
