@@ -29,17 +29,17 @@ _STRAIGHT_M, _STRAIGHT_COUNTS = 0.8, 2.0
 _FAR_M, _FAR_AGREED = 2.0, 0.7
 # Required lead over every other pose: metres, plus a share of what it does not explain.
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
-# The share of it that is required over a pose that is itself ruled out by what is seen.
-_LEAD_OVER_IMPOSSIBLE = 0.5
-# Where an unmapped place of the same kind is no likely explanation: almost all that is far agrees,
-# or most of it when the chair has looked all around (a share of the bearings). An unmapped place
-# agrees less the more of it is seen.
-_ALL_FAR, _ALL_AROUND = 0.95, 0.85
-_BEARINGS, _FLOOR_M = 36, 1.0  # floor at that distance shows a bearing in which nothing stands
-# Then little is contradicted (very little where less of what is far agrees) and the pose leads its
-# mirror image; or almost all of what is far agrees, all around, and much.
+# Of that lead, what is required over a pose that what is seen rules out.
+_OVER_IMPOSSIBLE = 0.5
+# Where an unmapped place of the same kind is no likely explanation: little is contradicted (very
+# little where less of what is far agrees), and the pose leads its mirror image. Such a place agrees
+# less the more of it is seen: so the chair has seen most bearings, or it leads by more and almost
+# all that is far agrees.
 _CLEAR_FAR, _CLEAR_AGAINST, _CLEAR_AGAINST_FAR = 0.8, 0.125, 0.05
-_AMPLE_M = 14.0
+_AROUND, _PART_LEADS, _PART_FAR = 0.85, 1.4, 0.9
+_BEARINGS, _FLOOR_M = 36, 1.0  # floor at that distance shows that nothing stands there
+# Or the chair has seen most bearings, much agrees, and almost all that is far.
+_AMPLE_M, _AMPLE_FAR = 14.0, 0.95
 
 
 @dataclass(frozen=True)
@@ -102,9 +102,9 @@ class Candidate:
         share = min(1.0, float(agreed.mean()) / _MOST_AGREED)
         return against_m <= _CONTRADICTED_M + _CONTRADICTED * share**2 * agreed_m
 
-    def leads(self, other: Candidate) -> bool:
-        """Whether what is seen fits far better here than at the other."""
-        return self.agreement.value_m - other.agreement.value_m >= self._lead_m
+    def leads(self, other: Candidate, share: float = 1.0) -> bool:
+        """Whether what is seen fits better here than at the other, by `share` of the least lead."""
+        return self.agreement.value_m - other.agreement.value_m >= share * self._lead_m
 
     @property
     def _lead_m(self) -> float:
@@ -117,11 +117,10 @@ class Candidate:
         Where the chair may be at the other, too, more has to agree here: a lead that comes from
         what is gone there is none, as it may be one piece of furniture.
         """
-        here, there = self.agreement, other.agreement
-        lead_m, agreed_m = here.value_m - there.value_m, here.agreed_m - there.agreed_m
-        if min(lead_m, agreed_m) >= self._lead_m:
+        more_m = self.agreement.agreed_m - other.agreement.agreed_m
+        if self.leads(other) and more_m >= self._lead_m:
             return True
-        return lead_m >= _LEAD_OVER_IMPOSSIBLE * self._lead_m and not other.is_possible()
+        return self.leads(other, _OVER_IMPOSSIBLE) and not other.is_possible()
 
     def excludes_all(self, others: list[Candidate]) -> bool:
         """Whether the chair is far more likely here than at any of the others."""
@@ -133,15 +132,15 @@ class Candidate:
         `images` gives the poses at which the mirror image of what was seen fits, which is nowhere:
         what fits as well as that shows only the kind of place, as the end of a corridor.
         """
-        all_far, all_around = self.far_agreed >= _ALL_FAR, self.seen_around >= _ALL_AROUND
-        if not all_far and not all_around:
-            return False
-        if all_far and all_around and self.agreement.value_m >= _AMPLE_M:
+        around = self.seen_around >= _AROUND
+        if around and self.agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
             return True
+        if not around and self.far_agreed < _PART_FAR:
+            return False
         against = _CLEAR_AGAINST if self.far_agreed >= _CLEAR_FAR else _CLEAR_AGAINST_FAR
         if self.against_m > against * self.agreement.agreed_m:
             return False
-        return all(self.leads(one) for one in images(self))
+        return all(self.leads(one, 1.0 if around else _PART_LEADS) for one in images(self))
 
 
 def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
