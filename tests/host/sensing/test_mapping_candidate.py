@@ -120,7 +120,8 @@ def test_one_piece_of_furniture_that_is_gone_elsewhere_is_no_reason_to_be_here()
     """The room's twin, in which a table stood that is gone, agrees as well as this one."""
     assert not only([candidate(0.98, contradicted_m=3.0)])
     assert only([candidate(0.98, contradicted_m=3.5)])  # more than a piece of furniture
-    assert only([candidate(0.70, contradicted_m=0.1)])
+    assert not only([candidate(0.90, contradicted_m=1.8)])
+    assert only([candidate(0.83, contradicted_m=1.8)])  # half of the lead is what agrees
 
 
 def test_a_place_that_is_ruled_out_by_itself_needs_half_the_lead() -> None:

@@ -29,8 +29,9 @@ _STRAIGHT_M, _STRAIGHT_COUNTS = 0.8, 2.0
 _FAR_M, _FAR_AGREED = 2.0, 0.7
 # Required lead over every other pose: metres, plus a share of what it does not explain.
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
-# Of that lead, what is required over a pose that what is seen rules out.
-_OVER_IMPOSSIBLE = 0.5
+# Of that lead, what more agreement must give where the other pose is possible, too; and what is
+# enough where it is not.
+_HALF = 0.5
 # Where an unmapped place of the same kind is no likely explanation: little is contradicted (very
 # little where less of what is far agrees), and the pose leads its mirror image. Such a place agrees
 # less the more of it is seen: so the chair has seen most bearings, or it leads by more and almost
@@ -115,12 +116,12 @@ class Candidate:
         """Whether the chair is far more likely here than at the other.
 
         Where the chair may be at the other, too, more has to agree here: a lead that comes from
-        what is gone there is none, as it may be one piece of furniture.
+        what is gone there may be one piece of furniture.
         """
         more_m = self.agreement.agreed_m - other.agreement.agreed_m
-        if self.leads(other) and more_m >= self._lead_m:
+        if self.leads(other) and more_m >= _HALF * self._lead_m:
             return True
-        return self.leads(other, _OVER_IMPOSSIBLE) and not other.is_possible()
+        return self.leads(other, _HALF) and not other.is_possible()
 
     def excludes_all(self, others: list[Candidate]) -> bool:
         """Whether the chair is far more likely here than at any of the others."""
