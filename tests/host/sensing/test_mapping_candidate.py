@@ -74,14 +74,19 @@ def test_until_then_it_leads_its_mirror_image_by_more() -> None:
         assert is_certain(candidate(seen=settled(around)), candidate(image)) == certain
 
 
-def test_all_around_the_less_agrees_the_less_may_be_contradicted() -> None:
-    for agreed, contradicted_m, certain in (
-        (0.90, 1.1, True),
-        (0.90, 1.2, False),
-        (0.75, 0.3, True),
-        (0.75, 0.5, False),
+def test_the_less_agrees_or_is_seen_the_less_may_be_contradicted() -> None:
+    for agreed, contradicted_m, around, certain in (
+        (0.90, 1.7, 1.0, True),
+        (0.90, 1.9, 1.0, False),
+        (0.80, 0.9, 1.0, True),
+        (0.80, 1.1, 1.0, False),
+        (0.74, 0.3, 1.0, True),
+        (0.74, 0.5, 1.0, False),
+        (0.92, 1.1, 0.6, True),
+        (0.92, 1.2, 0.6, False),
     ):
-        assert is_certain(candidate(agreed, contradicted_m)) == certain
+        seen = settled(around)
+        assert is_certain(candidate(agreed, contradicted_m, seen)) == certain
 
 
 def test_a_place_whose_mirror_image_fits_as_well_is_certain_only_with_much_all_around() -> None:

@@ -32,12 +32,12 @@ _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
 # Of that lead, what more agreement must give where the other pose is possible, too; and what is
 # enough where it is not.
 _HALF = 0.5
-# Where an unmapped place of the same kind is no likely explanation: little is contradicted (very
-# little where less of what is far agrees), and the pose leads its mirror image. Such a place agrees
-# less the more of it is seen: so the chair has seen most bearings, or it leads by more and almost
-# all that is far agrees.
-_CLEAR_FAR, _CLEAR_AGAINST, _CLEAR_AGAINST_FAR = 0.8, 0.125, 0.05
-_AROUND, _PART_LEADS, _PART_FAR = 0.85, 1.4, 0.9
+# Where an unmapped place of the same kind is no likely explanation: little is contradicted, a share
+# of what agrees that grows with the share of what is far that agrees, and the pose leads its mirror
+# image. Such a place agrees less the more of it is seen: so the chair has seen most bearings, or
+# less is contradicted, it leads by more, and almost all that is far agrees.
+_AGAINST, _AGAINST_FAR, _AGAINST_GROWS, _AGAINST_MOST = 0.05, 0.75, 1.5, 0.2
+_AROUND, _PART_FAR, _PART_AGAINST, _PART_LEADS = 0.85, 0.9, 0.125, 1.4
 _BEARINGS, _FLOOR_M = 36, 1.0  # floor at that distance shows that nothing stands there
 # Or the chair has seen most bearings, much agrees, and almost all that is far.
 _AMPLE_M, _AMPLE_FAR = 14.0, 0.95
@@ -134,14 +134,15 @@ class Candidate:
         what fits as well as that shows only the kind of place, as the end of a corridor.
         """
         around = self.seen_around >= _AROUND
+        most, lead = (_AGAINST_MOST, 1.0) if around else (_PART_AGAINST, _PART_LEADS)
         if around and self.agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
             return True
         if not around and self.far_agreed < _PART_FAR:
             return False
-        against = _CLEAR_AGAINST if self.far_agreed >= _CLEAR_FAR else _CLEAR_AGAINST_FAR
-        if self.against_m > against * self.agreement.agreed_m:
+        against = _AGAINST + _AGAINST_GROWS * max(0.0, self.far_agreed - _AGAINST_FAR)
+        if self.against_m > min(against, most) * self.agreement.agreed_m:
             return False
-        return all(self.leads(one, 1.0 if around else _PART_LEADS) for one in images(self))
+        return all(self.leads(one, lead) for one in images(self))
 
 
 def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
