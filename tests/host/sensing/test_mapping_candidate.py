@@ -53,13 +53,13 @@ def is_certain(one: Candidate, image: Candidate | None = None) -> bool:
     return one.is_certain(lambda _: [] if image is None else [image])
 
 
-def test_until_it_has_looked_all_around_almost_all_that_is_far_has_to_agree() -> None:
+def test_until_it_has_looked_all_around_more_of_what_is_far_has_to_agree() -> None:
     """In a corridor of another home 97 % agreed at first, and 72 % all around."""
     for agreed, around, certain in (
-        (0.93, 0.6, True),
-        (0.87, 0.6, False),
-        (0.87, 0.8, False),
-        (0.87, 0.9, True),
+        (0.87, 0.6, True),
+        (0.83, 0.6, False),
+        (0.83, 0.8, False),
+        (0.83, 0.9, True),
     ):
         assert is_certain(candidate(agreed, seen=settled(around))) == certain
 

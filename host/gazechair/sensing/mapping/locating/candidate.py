@@ -35,9 +35,9 @@ _HALF = 0.5
 # Where an unmapped place of the same kind is no likely explanation: little is contradicted, a share
 # of what agrees that grows with the share of what is far that agrees, and the pose leads its mirror
 # image. Such a place agrees less the more of it is seen: so the chair has seen most bearings, or
-# less is contradicted, it leads by more, and almost all that is far agrees.
+# less is contradicted, it leads by more, and more of what is far agrees.
 _AGAINST, _AGAINST_FAR, _AGAINST_GROWS, _AGAINST_MOST = 0.05, 0.75, 1.5, 0.2
-_AROUND, _PART_FAR, _PART_AGAINST, _PART_LEADS = 0.85, 0.9, 0.125, 1.4
+_AROUND, _PART_FAR, _PART_AGAINST, _PART_LEADS = 0.85, 0.85, 0.125, 1.4
 _BEARINGS, _FLOOR_M = 36, 1.0  # floor at that distance shows that nothing stands there
 # Or the chair has seen most bearings, much agrees, and almost all that is far.
 _AMPLE_M, _AMPLE_FAR = 14.0, 0.95
