@@ -35,9 +35,9 @@ _HALF = 0.5
 # Where an unmapped place of the same kind is no likely explanation: little is contradicted, a share
 # of what agrees that grows with the share of what is far that agrees, and the pose leads its mirror
 # image. Such a place agrees less the more of it is seen: so the chair has seen most bearings, or
-# less is contradicted, it leads by more, and more of what is far agrees.
+# it leads by more and less is contradicted, hardly anything where less of what is far agrees.
 _AGAINST, _AGAINST_FAR, _AGAINST_GROWS, _AGAINST_MOST = 0.05, 0.75, 1.5, 0.2
-_AROUND, _PART_FAR, _PART_AGAINST, _PART_LEADS = 0.85, 0.85, 0.125, 1.4
+_AROUND, _PART_LEADS, _PART_FAR, _PART_AGAINST, _PART_AGAINST_FAR = 0.85, 1.4, 0.85, 0.125, 0.025
 _BEARINGS, _FLOOR_M = 36, 1.0  # floor at that distance shows that nothing stands there
 # Or the chair has seen most bearings, much agrees, and almost all that is far.
 _AMPLE_M, _AMPLE_FAR = 14.0, 0.95
@@ -134,11 +134,12 @@ class Candidate:
         what fits as well as that shows only the kind of place, as the end of a corridor.
         """
         around = self.seen_around >= _AROUND
-        most, lead = (_AGAINST_MOST, 1.0) if around else (_PART_AGAINST, _PART_LEADS)
+        most, lead = _AGAINST_MOST, 1.0
+        if not around:
+            most = _PART_AGAINST if self.far_agreed >= _PART_FAR else _PART_AGAINST_FAR
+            lead = _PART_LEADS
         if around and self.agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
             return True
-        if not around and self.far_agreed < _PART_FAR:
-            return False
         against = _AGAINST + _AGAINST_GROWS * max(0.0, self.far_agreed - _AGAINST_FAR)
         if self.against_m > min(against, most) * self.agreement.agreed_m:
             return False
