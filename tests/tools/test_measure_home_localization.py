@@ -141,7 +141,12 @@ def test_carried_to_where_most_that_is_seen_lies_near_walls_of_the_place_before(
 
 
 @pytest.mark.parametrize(
-    ("seed", "start"), [(46, (5.255, 0.762, 2.985)), (53, (4.096, 1.035, -2.655))]
+    ("seed", "start"),
+    [
+        (46, (5.255, 0.762, 2.985)),
+        (53, (4.096, 1.035, -2.655)),
+        (53, (4.214, 1.068, -2.211)),  # until the chair has looked all around, most agrees
+    ],
 )
 def test_a_corridor_like_one_of_the_map_in_another_home_is_no_place_in_it(
     seed: int, start: tuple[float, float, float]

@@ -131,8 +131,11 @@ def twin_rooms(*more: Solid) -> Room:
     return Room("twins", tuple(walls), more)
 
 
-def test_where_a_table_stood_it_does_not_take_the_room_for_one_that_had_none() -> None:
-    table = box(1.6, 1.5, 0.4, 0.4, 0.0, 0.8, "table")
+@pytest.mark.parametrize("side_m", [0.4, 0.7, 0.9])
+def test_where_a_table_stood_it_does_not_take_the_room_for_one_that_had_none(
+    side_m: float,
+) -> None:
+    table = box(1.6, 1.5, side_m, side_m, 0.0, 0.8, "table")
     corners = ((0.5, 0.5), (3.3, 0.5), (3.3, 2.4), (0.5, 3.2), (0.6, 1.8))
     at = [np.array((x + aside, y, 0.0)) for x, y in corners for aside in (0.0, 6.0)]
     localization = Localization(map_of(twin_rooms(table), at + at))

@@ -8,6 +8,7 @@ it hides what the map has behind it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,11 +29,18 @@ _STRAIGHT_M, _STRAIGHT_COUNTS = 0.8, 2.0
 _FAR_M, _FAR_AGREED = 2.0, 0.7
 # Required lead over every other pose: metres, plus a share of what it does not explain.
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
-# Where an unmapped place of the same kind is no likely explanation: much agrees, and of what is far
-# almost all; or little is contradicted, very little where less of what is far agrees, and it leads
-# its mirror image.
+# Of that lead, what more agreement must give where the other pose is possible, too; and what is
+# enough where it is not.
+_HALF = 0.5
+# Where an unmapped place of the same kind is no likely explanation: little is contradicted, a share
+# of what agrees that grows with the share of what is far that agrees, and the pose leads its mirror
+# image. Such a place agrees less the more of it is seen: so the chair has seen most bearings, or
+# it leads by more and less is contradicted, hardly anything where less of what is far agrees.
+_AGAINST, _AGAINST_FAR, _AGAINST_GROWS, _AGAINST_MOST = 0.05, 0.75, 1.5, 0.2
+_AROUND, _PART_LEADS, _PART_FAR, _PART_AGAINST, _PART_AGAINST_FAR = 0.85, 1.4, 0.85, 0.125, 0.025
+_BEARINGS, _FLOOR_M = 36, 1.0  # floor at that distance shows that nothing stands there
+# Or the chair has seen most bearings, much agrees, and almost all that is far.
 _AMPLE_M, _AMPLE_FAR = 14.0, 0.95
-_CLEAR_FAR, _CLEAR_AGAINST, _CLEAR_AGAINST_FAR = 0.8, 0.125, 0.05
 
 
 @dataclass(frozen=True)
@@ -59,6 +67,18 @@ class Candidate:
         return float(self.agreement.agreed[far].mean()) if far.any() else 1.0
 
     @cached_property
+    def seen_around(self) -> float:
+        """Share of the bearings in which something static, or floor, was seen, 0..1."""
+        step_rad = 2.0 * math.pi / _BEARINGS
+        off_m = self.settled.surfaces_m - self.odometry[:2]
+        bearings_rad = step_rad * (np.arange(_BEARINGS) + 0.5)
+        seen = np.floor(np.arctan2(off_m[:, 1], off_m[:, 0]) / step_rad).astype(np.int64)
+        ring_m = _FLOOR_M * np.stack((np.cos(bearings_rad), np.sin(bearings_rad)), axis=1)
+        floor = self.settled.is_free(self.odometry[:2] + ring_m)
+        floor[seen % _BEARINGS] = True
+        return float(floor.mean())
+
+    @cached_property
     def against_m(self) -> float:
         """Length of what contradicts the pose: of the map's surfaces, and of a new straight one."""
         straight_m = self.known.new_straight_m(self.settled, self.agreement, self.frame)
@@ -83,16 +103,29 @@ class Candidate:
         share = min(1.0, float(agreed.mean()) / _MOST_AGREED)
         return against_m <= _CONTRADICTED_M + _CONTRADICTED * share**2 * agreed_m
 
-    def leads(self, other: Candidate) -> bool:
-        """Whether the chair is far more likely here than at the other."""
-        agreement = self.agreement
-        unexplained_m = CELL_M * len(agreement.agreed) - agreement.agreed_m
-        least_m = _LEAD_M + _LEAD_OF_UNEXPLAINED * unexplained_m
-        return agreement.value_m - other.agreement.value_m >= least_m
+    def leads(self, other: Candidate, share: float = 1.0) -> bool:
+        """Whether what is seen fits better here than at the other, by `share` of the least lead."""
+        return self.agreement.value_m - other.agreement.value_m >= share * self._lead_m
 
-    def leads_all(self, others: list[Candidate]) -> bool:
+    @property
+    def _lead_m(self) -> float:
+        unexplained_m = CELL_M * len(self.agreement.agreed) - self.agreement.agreed_m
+        return _LEAD_M + _LEAD_OF_UNEXPLAINED * unexplained_m
+
+    def excludes(self, other: Candidate) -> bool:
+        """Whether the chair is far more likely here than at the other.
+
+        Where the chair may be at the other, too, more has to agree here: a lead that comes from
+        what is gone there may be one piece of furniture.
+        """
+        more_m = self.agreement.agreed_m - other.agreement.agreed_m
+        if self.leads(other) and more_m >= _HALF * self._lead_m:
+            return True
+        return self.leads(other, _HALF) and not other.is_possible()
+
+    def excludes_all(self, others: list[Candidate]) -> bool:
         """Whether the chair is far more likely here than at any of the others."""
-        return all(self.leads(one) for one in others)
+        return all(self.excludes(one) for one in others)
 
     def is_certain(self, images: Callable[[Candidate], list[Candidate]]) -> bool:
         """Whether an unmapped place of the same kind is no likely explanation.
@@ -100,12 +133,17 @@ class Candidate:
         `images` gives the poses at which the mirror image of what was seen fits, which is nowhere:
         what fits as well as that shows only the kind of place, as the end of a corridor.
         """
-        if self.agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
+        around = self.seen_around >= _AROUND
+        most, lead = _AGAINST_MOST, 1.0
+        if not around:
+            most = _PART_AGAINST if self.far_agreed >= _PART_FAR else _PART_AGAINST_FAR
+            lead = _PART_LEADS
+        if around and self.agreement.value_m >= _AMPLE_M and self.far_agreed >= _AMPLE_FAR:
             return True
-        against = _CLEAR_AGAINST if self.far_agreed >= _CLEAR_FAR else _CLEAR_AGAINST_FAR
-        if self.against_m > against * self.agreement.agreed_m:
+        against = _AGAINST + _AGAINST_GROWS * max(0.0, self.far_agreed - _AGAINST_FAR)
+        if self.against_m > min(against, most) * self.agreement.agreed_m:
             return False
-        return self.leads_all(images(self))
+        return all(self.leads(one, lead) for one in images(self))
 
 
 def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
@@ -116,4 +154,4 @@ def far_of(settled: Settled, odometry: FloatArray) -> BoolArray:
 def is_only(candidates: list[Candidate]) -> bool:
     """Whether the first may be the chair's pose, and none of the others."""
     best = candidates[0]
-    return best.is_possible() and best.leads_all(candidates[1:])
+    return best.is_possible() and best.excludes_all(candidates[1:])

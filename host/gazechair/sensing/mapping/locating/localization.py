@@ -160,14 +160,12 @@ class Localization:
         claim = self._claim
         if claim is None:
             return False
-        return not claim.leads_all(other._candidates(claim.settled, claim.odometry, True))
+        rivals = other._candidates(claim.settled, claim.odometry, other._kept)
+        return not claim.excludes_all(rivals)
 
     def _images(self, claim: Candidate) -> list[Candidate]:
         """Where in the map the mirror image of what was seen fits; best first."""
-        kept, odometry = self._kept, claim.odometry * (1.0, -1.0, -1.0)
-        images = self._candidates(claim.settled.mirrored(), odometry, True)
-        self._kept = kept
-        return images
+        return self._candidates(claim.settled.mirrored(), claim.odometry * (1.0, -1.0, -1.0), [])
 
     def _forget_looks(self) -> None:
         self._looks.forget()
@@ -191,7 +189,8 @@ class Localization:
             return
         self.searched = self._compared % _EVERY == 0 or not self._kept
         self._compared += 1
-        candidates = self._candidates(settled, odometry, self.searched)
+        candidates = self._candidates(settled, odometry, self._kept, self.searched)
+        self._kept = [one.frame for one in candidates[:_KEPT]]
         if not candidates or not is_only(candidates):
             self._claim, self._confirmed = None, 0
             return
@@ -209,11 +208,13 @@ class Localization:
             self._hold = Hold(best.fitted.pose, odometry)
             self._forget_looks()
 
-    def _candidates(self, settled: Settled, odometry: FloatArray, whole: bool) -> list[Candidate]:
-        """Distinct poses, best first: those kept and, if `whole`, others found in the whole map."""
+    def _candidates(
+        self, settled: Settled, odometry: FloatArray, frames: list[FloatArray], whole: bool = True
+    ) -> list[Candidate]:
+        """Distinct poses, best first: with one of `frames` or, if `whole`, in the whole map."""
         field = self._map.coarse
         points = from_frame(settled.surfaces_m, odometry)
-        guesses = [compose(frame, odometry) for frame in self._kept]
+        guesses = [compose(frame, odometry) for frame in frames]
         if whole:
             few = points[:: max(1, len(points) // _POINTS)]
             least = _LEAST, _APART_M, _RATIO, _CANDIDATES
@@ -231,7 +232,6 @@ class Localization:
         for one in sorted(fits, key=lambda one: -one.agreement.value_m):
             if not any(_is_same(one.fitted.pose, other.fitted.pose) for other in chosen):
                 chosen.append(one)
-        self._kept = [one.frame for one in chosen[:_KEPT]]
         return chosen
 
     def _located(self, one: Candidate) -> Location:
@@ -373,11 +373,11 @@ class Localization:
         None: the pose is unlikely by now, or another one in the map is clearly better.
         """
         self.searched = True
-        self._kept = [compose(pose, between(odometry, np.zeros(3)))]
         settled = self._looks.settled(_RECENT)
         if settled is None:
             return None
-        candidates = self._candidates(settled, odometry, True)
+        frame = compose(pose, between(odometry, np.zeros(3)))
+        candidates = self._candidates(settled, odometry, [frame])
         here = next((one for one in candidates if _is_at(one.fitted.pose, pose)), None)
         if here is None or not here.is_still_possible(_STILL_M):
             return None
