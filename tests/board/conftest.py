@@ -1,14 +1,12 @@
 """Boards for these tests: emulated Teensys, or with --board PORT the one there, real or not."""
 
 import contextlib
-import functools
 import shutil
 from collections.abc import Hashable, Iterator
 from pathlib import Path
 
 import pytest
 
-from gazechair.board.link import BoardLink
 from gazechair.commissioning import board_settings
 from gazechair.service import board_connection
 from gazechair.service.calibrate import heading
@@ -44,8 +42,7 @@ def patient() -> Iterator[None]:
         patch.setattr(repl, "_TIMEOUT_S", LIMIT_S)
         patch.setattr(board_connection, "_CONNECT_S", LIMIT_S)
         # Asked again while it still writes its flash, a slow board loses its session by that.
-        setting = functools.partialmethod(BoardLink.setting, timeout_s=SETTING_S)
-        patch.setattr(BoardLink, "setting", setting)
+        patch.setattr(board_settings, "_ANSWER_S", SETTING_S)
         patch.setattr(board_settings, "_TRIES", int(LIMIT_S / SETTING_S))
         yield
 

