@@ -25,7 +25,7 @@ DEVICE = "gazechair.device"
 _LIBRARY_SOCKET = "werkzeug.socket"  # where flask-sock looks for the connection
 _PUBLIC = (
     *("/pair", "/me", "/authority.crt", "/static/pair.js", "/static/pair.css"),
-    *("/static/icon.svg", "/static/strings.js"),
+    *("/static/icon.svg", "/static/strings.js", "/static/retry.js"),
 )
 _PUBLIC_FOLDER = "/strings/"
 PAGES = ("/", "/caretaker")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gazechair.base.languages import web_folder
 from gazechair.base.rate_limit import RateLimit
 from gazechair.web import files
 from gazechair.web.guard import foreign, is_public, token_in
@@ -72,6 +75,19 @@ def test_before_pairing_only_the_pairing_page_is_public() -> None:
         assert is_public(path)
     for path in ("/", "/caretaker", "/health", "/static/driver.js", "/pairing", "/ws/control"):
         assert not is_public(path)
+
+
+def test_all_that_the_pairing_page_loads_is_public() -> None:
+    folder = web_folder()
+    waiting, loaded = [folder / "pair.html"], set()
+    while waiting:
+        text = waiting.pop().read_text()
+        found = set(re.findall(r'(?:src|href)="/static/([^"]+)"|from "\./([^"]+)"', text))
+        names = {one or other for one, other in found} - loaded
+        loaded |= names
+        waiting += [folder / name for name in names]
+    assert {"pair.js", "pair.css", "strings.js"} <= loaded
+    assert [name for name in sorted(loaded) if not is_public(f"/static/{name}")] == []
 
 
 @pytest.mark.parametrize(
