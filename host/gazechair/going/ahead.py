@@ -38,7 +38,7 @@ class Ahead:
 def look_ahead(
     costmap: Costmap, people: People, footprint: Footprint, path: Path, leg: int, pose: Pose
 ) -> Ahead:
-    """The view from `pose` along `way`, of which `leg` is driven."""
+    """The view from `pose` along `path`, of which `leg` is driven."""
     poses = poses_ahead(path, leg, pose)
     clear = costmap.clearance_m(poses[:, 0], poses[:, 1], poses[:, 2])
     near = poses[:, 3] < _BESIDE_M

@@ -30,8 +30,15 @@ from gazechair.going.smooth import (
 )
 
 __all__ = [
-    "GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoPath", "Path", "Planner", "Pose", "Refused",
-]  # fmt: skip
+    "GOAL_BLOCKED",
+    "NO_WAY",
+    "START_BLOCKED",
+    "NoPath",
+    "Path",
+    "Planner",
+    "Pose",
+    "Refused",
+]
 
 GOAL_BLOCKED, START_BLOCKED, NO_WAY = "going_goal_blocked", "going_start_blocked", "going_no_way"
 

@@ -39,7 +39,7 @@ class Rolling:
 
 
 def rolled_into(costmap: Costmap, path: Path, rolling: Rolling) -> Path | None:
-    """`way` with a bend into it in place of the turn before it; None: stop and turn.
+    """`path` with a bend into it in place of the turn before it; None: stop and turn.
 
     The bend leads to the path's first vertex, or past a first leg that is too short to the next.
     It must be as free as those of a plan, and the leg after it as free as the path.
