@@ -24,7 +24,7 @@ BENCHMARKS = {
         "obstacles.benchmark",
         "obstacles and people: our rule, the first prototype's",
     ),
-    "page": ("page", "the page on a bad network, the host under floods"),
+    "page": ("page.benchmark", "the page on a bad network, the host under floods"),
     "person": ("go.person", "following a person: other people, doors, gaits"),
     "plugins": (
         "plugins",

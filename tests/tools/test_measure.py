@@ -1,0 +1,16 @@
+"""Each benchmark that `gazechair measure` names can be run."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+
+import pytest
+
+import gazemeasure
+
+
+@pytest.mark.parametrize("name", gazemeasure.BENCHMARKS)
+def test_every_benchmark_has_its_measure(name: str) -> None:
+    module = importlib.import_module(f"gazemeasure.{gazemeasure.BENCHMARKS[name][0]}")
+    assert list(inspect.signature(module.measure).parameters) == ["quick"]
