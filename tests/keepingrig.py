@@ -8,7 +8,7 @@ import numpy as np
 
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.keeping import APART_S, Keeping
-from gazechair.sensing.mapping.locating.localization import Location
+from gazechair.sensing.mapping.locating.location import Location
 from gazechair.sensing.mapping.locating.looks import Seen
 from gazechair.sensing.mapping.locating.map_match import Evidence, Look
 from gazechair.sensing.mapping.stored.home_map import HomeMap

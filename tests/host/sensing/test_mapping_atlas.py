@@ -11,7 +11,7 @@ import pytest
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
 from gazechair.sensing.mapping.locating.atlas import Atlas
-from gazechair.sensing.mapping.locating.localization import Location
+from gazechair.sensing.mapping.locating.location import Location
 from gazechair.sensing.mapping.locating.looks import Seen
 from gazechair.sensing.mapping.locating.map_match import Look
 from gazechair.sensing.odometry.estimate import Estimate

@@ -13,7 +13,8 @@ from gazechair.base.poses import between, compose
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
 from gazechair.sensing.mapping.locating.candidate import Candidate
-from gazechair.sensing.mapping.locating.localization import Localization, Location
+from gazechair.sensing.mapping.locating.localization import Localization
+from gazechair.sensing.mapping.locating.location import Location
 from gazechair.sensing.mapping.locating.map_match import Look, MapMatch
 from gazechair.sensing.mapping.locating.recent_looks import RecentLooks
 from gazechair.sensing.mapping.matching import ndt

@@ -21,7 +21,8 @@ from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between, compose, to_frame
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
-from gazechair.sensing.mapping.locating.localization import Localization, Location
+from gazechair.sensing.mapping.locating.localization import Localization
+from gazechair.sensing.mapping.locating.location import Location
 from gazechair.sensing.mapping.locating.map_match import Look
 from gazemeasure.report import Report, percentile
 from gazesim import home_plans, rays

@@ -16,7 +16,7 @@ from datetime import datetime, timezone
 from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.locating.localization import Location
+from gazechair.sensing.mapping.locating.location import Location
 from gazechair.sensing.mapping.locating.looks import Seen
 from gazechair.sensing.mapping.stored.places import EditRefused
 from gazechair.sensing.mapping.stored.store import MapStore

@@ -16,7 +16,8 @@ import numpy as np
 from gazechair.base.arrays import FloatArray
 from gazechair.base.poses import between, compose
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.locating.localization import Localization, Location
+from gazechair.sensing.mapping.locating.localization import Localization
+from gazechair.sensing.mapping.locating.location import Location
 from gazechair.sensing.mapping.locating.looks import Seen
 from gazechair.sensing.odometry.doubts import TURNED
 

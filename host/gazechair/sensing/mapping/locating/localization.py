@@ -8,7 +8,7 @@ looks find it again.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from gazechair.base.poses import between, compose, from_frame
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.locating.candidate import Candidate, far_of, is_only
 from gazechair.sensing.mapping.locating.hold import Hold
+from gazechair.sensing.mapping.locating.lasting import Lasting
+from gazechair.sensing.mapping.locating.location import Location
 from gazechair.sensing.mapping.locating.map_match import Evidence, Look, MapMatch
 from gazechair.sensing.mapping.locating.open_directions import OpenDirections
 from gazechair.sensing.mapping.locating.pose_information import PoseInformation, fits_elsewhere
@@ -53,6 +55,8 @@ _HELD_FOR_M = 1.0  # beyond this distance the view is another, with other people
 _LOST_EXPLAINED = 0.45  # with less: a crowd, or another place; the map is searched again
 _LOST_CONTRADICTED = 0.15  # share of beams that reach known surfaces, and of their length
 _LOST_S = 2.0
+# About half of a place may fit at a wrong pose, too, with little contradicted: the map is searched.
+_HALF_EXPLAINED = 0.6
 # Static far surfaces of the newest looks: if less agrees, the chair is at another place. People
 # hide surfaces but contradict none: if that share of what agrees is contradicted, more must agree.
 _RECENT, _FAR_LOST = 5, 0.4
@@ -64,24 +68,6 @@ _ASKEW_RAD, _ASKEW_S, _ASKEW_SHARE = math.radians(1.2), 1.0, 0.04
 _STILL_M = 1.0  # agreed length that keeps a pose while people hide the rest
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
 _SHUT = 1e6  # information that stands for odometry's
-
-
-@dataclass(frozen=True)
-class Location:
-    """Where the chair is in the map, and the evidence for it."""
-
-    pose: FloatArray
-    """(3,): x, y in metres, heading in radians."""
-    evidence: Evidence
-    sigma_m: float
-    """Standard deviation of the position, in the worst direction."""
-    sigma_rad: float
-    is_open: bool = False
-    """Whether odometry alone tells the position in a direction, since the map does not."""
-    mounting_m: float = 0.0
-    """The part of `sigma_m` that comes from the lidars' directions on the chair."""
-    mounting_rad: float = 0.0
-    """The same of `sigma_rad`."""
 
 
 class Localization:
@@ -97,7 +83,7 @@ class Localization:
         self._confirmed = 0  # how often in a row
         self._odometry: FloatArray = np.zeros(3)
         self._hold = Hold(np.zeros(3), np.zeros(3))
-        self._doubt_since_s: float | None = None
+        self._doubt, self._half = Lasting(_LOST_S), Lasting(_LOST_S)
         self._agrees = True  # far static surfaces with the map, at the known pose
         self._pulled_rad, self._pulled_s = 0.0, math.inf  # recent turn by fits against odometry
         self._unsteady = Unsteady()
@@ -131,7 +117,7 @@ class Localization:
     def sure(self) -> bool:
         """Whether the newest look alone supports the location."""
         location = self.location
-        if location is None or self._doubt_since_s is not None:
+        if location is None or self._doubt.since_s is not None:
             return False
         return location.evidence.explained >= _SURE and location.sigma_rad <= _SURE_RAD
 
@@ -153,7 +139,9 @@ class Localization:
         self._forget_looks()
         self._claim, self._confirmed = None, 0
         self._pulled_rad, self._pulled_s = 0.0, math.inf
-        self._doubt_since_s = self.location = None
+        self._doubt.end()
+        self._half.end()
+        self.location = None
 
     def is_rivalled_by(self, other: Localization) -> bool:
         """Whether the looks that found this location may be from the other's map as well."""
@@ -299,7 +287,7 @@ class Localization:
         if fits and self._agrees:
             unsteady_m = self._unsteady.judge(there, odometry)
             location = replace(location, sigma_m=math.hypot(location.sigma_m, unsteady_m))
-            if location.sigma_m > KEPT_M:
+            if location.sigma_m > KEPT_M or self._fits_half(evidence, there, odometry, time_s):
                 self.lose()
                 return
             if len(seen.by_one):
@@ -307,7 +295,7 @@ class Localization:
                 self._open.follow_one(guess[:2] - there[:2])
             else:
                 self._keep(location)
-            self._doubt_since_s = None
+            self._doubt.end()
             if sure or self._hold.driven_m > _HELD_FOR_M:
                 self._hold = Hold(there, odometry)
             return
@@ -319,7 +307,18 @@ class Localization:
             else:
                 # People who stand distort the static surfaces as well.
                 self.location = replace(still, pose=guess)
-                self._doubt_since_s = None
+                self._doubt.end()
+
+    def _fits_half(
+        self, evidence: Evidence, pose: FloatArray, odometry: FloatArray, time_s: float
+    ) -> bool:
+        """Whether so little fits, and has for so long, that the chair may well be elsewhere."""
+        if evidence.explained >= _HALF_EXPLAINED:
+            self._half.end()
+        elif self._half.holds(time_s):
+            self._half.end()
+            return self._still_at(pose, odometry) is None
+        return False
 
     def _drift(self, odometry: FloatArray, time_s: float, location: Location) -> None:
         """Nothing is in range: odometry alone, in doubt, and not for long."""
@@ -331,9 +330,7 @@ class Localization:
     def _doubts(self, location: Location, guess: FloatArray, time_s: float) -> bool:
         """Use odometry alone until the pose is confirmed; whether that has lasted too long."""
         self.location = replace(location, pose=guess)
-        if self._doubt_since_s is None:
-            self._doubt_since_s = time_s
-        return time_s - self._doubt_since_s >= _LOST_S
+        return self._doubt.holds(time_s)
 
     def _fit(self, look: Look, guess: FloatArray, held: FloatArray) -> tuple[FloatArray, bool]:
         """The pose by this look, and whether the look alone determines it; else see Hold."""
