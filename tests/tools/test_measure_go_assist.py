@@ -1,11 +1,16 @@
 """The benchmark of assist: a door and a room by a simulated gaze driver; judged by the truth."""
 
+import json
 import math
+from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
-from gazemeasure.go.assist import BARE, HELPED, Outcome, Run, add_rows, cluttered, door
+from gazemeasure.go import assist_set
+from gazemeasure.go.assist import BARE, HELPED, Outcome, Run, Task, cluttered, door
+from gazemeasure.go.assist_set import DOORS, Job, add_rows
 from gazemeasure.report import Report
 
 pytestmark = pytest.mark.costly
@@ -44,3 +49,28 @@ def test_a_cluttered_room_has_a_route_that_keeps_off_everything():
     route = (start[:2], *task.route)
     for (x, y), (nx, ny) in pairwise(route[1:]):
         assert not task.room.collides(x, y, math.degrees(math.atan2(ny - y, nx - x)))
+
+
+def drive_once(task: Task, way: str, seed: int, profile: str) -> Callable[[], Outcome]:
+    """A run of a task; it fails when the task is driven again."""
+    Path(f"{task.name} {seed} {way}").touch(exist_ok=False)
+    return lambda: Outcome(arrived=way == HELPED, contact=way == BARE, commands=3 + seed)
+
+
+def test_tasks_on_record_are_not_driven_again_and_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(assist_set, "Run", drive_once)
+    file = tmp_path / "assist.json"
+    first = assist_set.gather([Job(DOORS, 0)], file)
+    both = assist_set.gather([Job(DOORS, 0), Job(DOORS, 1)], file)
+    assert both[0] == first[0]
+    counted = json.loads(file.read_text())["kinds"][DOORS]
+    assert counted["tasks"] == 2
+    assert [counted[f"{what}, {HELPED}"] for what in ("arrived", "contact", "commands")] == [
+        2,
+        0,
+        7,
+    ]
+    assert counted[f"contact, {BARE}"] == 2

@@ -32,10 +32,17 @@ def digest(begins: Iterable[Path]) -> str:
     return digest_of(digests(begins))
 
 
-def write(file: Path, record: Mapping[str, Any]) -> None:
-    """Replace the file whole: who reads it at any time finds the old record or the new one."""
+def write(file: Path, record: Mapping[str, Any], rows: Mapping[str, Row] | None = None) -> None:
+    """Replace the file whole: who reads it at any time finds the old record or the new one.
+
+    `rows` are stored as "rows", each on one line.
+    """
+    text = json.dumps(record, indent=1)
+    if rows:
+        lines = [f"  {json.dumps(key)}: {json.dumps(row)}" for key, row in rows.items()]
+        text = text.removesuffix("\n}") + ',\n "rows": {\n' + ",\n".join(lines) + "\n }\n}"
     fresh = file.with_suffix(".new")
-    fresh.write_text(json.dumps(record, indent=1) + "\n")
+    fresh.write_text(text + "\n")
     os.replace(fresh, file)
 
 
@@ -77,7 +84,7 @@ class Record(Generic[R]):
         if self.file is not None:
             rows = dict(sorted(rows.items()))
             head = {"of": self.of, **self.summary(list(rows.values()))}
-            write(self.file, {**head, "rows": rows})
+            write(self.file, head, rows)
 
 
 def _keyed(run: Callable[[J], R], job: tuple[str, J]) -> tuple[str, R]:

@@ -1,4 +1,4 @@
-"""Measures assist: doors and cluttered rooms by a simulated gaze driver, with and without help.
+"""A door or a cluttered room, driven by a simulated gaze driver with and without assist.
 
 The board's own safety core, motion and obstacle rule decide a thousand times a second, with the
 board's default settings; lidars and clearance are those of obstacles/run.py. The same person (same
@@ -8,10 +8,8 @@ with assist too (HELPED). A contact is judged by the room's geometry; the run en
 
 from __future__ import annotations
 
-import math
 import random
 from dataclasses import dataclass
-from multiprocessing.pool import Pool
 from typing import Any
 
 from gazeboard.core.motion import Motion
@@ -28,8 +26,6 @@ from gazelink.settings_table import PROFILES
 from gazemeasure.go.assist_routes import route
 from gazemeasure.obstacles.eyes import CORNERS, TURN_S, Eye
 from gazemeasure.obstacles.run import deliver, fastest
-from gazemeasure.pools import forked
-from gazemeasure.report import Report
 from gazemeasure.turn.board import settings_with
 from gazesim import chair as twin
 from gazesim.chair import Chair
@@ -47,7 +43,6 @@ _PERSON_STEPS = 3  # steps between two ticks of driver and page
 _LOOK_STEPS = 5
 _RAYS = 3200
 _LIMIT_S = 90.0
-_ARRIVED = 95.0  # %, as of the doors of 0.81 m
 _FULL = 1000
 _SIDES = {"left": 1, "right": -1}
 
@@ -109,61 +104,6 @@ def cluttered(seed: int) -> Task:
         if found:
             return Task("room", room, found, found, Margins())
         number += 1
-
-
-def measure(report: Report, quick: bool) -> None:
-    """Doors and rooms, each with and without help; as part of `gazechair measure go`."""
-    doors, rooms, narrow = (4, 3, 3) if quick else (1000, 300, 200)
-    with forked() as pool:
-        _rows(report, "doors of 0.81-0.90 m", [door(seed) for seed in range(doors)], pool)
-        _rows(report, "cluttered rooms", [cluttered(seed) for seed in range(rooms)], pool)
-        passed = pool.map(_run, [(door(seed, 0.81), HELPED, seed) for seed in range(narrow)], 1)
-    share = 100.0 * sum(one.arrived for one in passed) / narrow
-    report.add("assist: doors of 0.81 m passed, no side margin", share, "%", 95.0, at_least=True)
-    report.note("assist: a simulated gaze driver (gazesim/gaze_driver.py), the same luck with and")
-    report.note(
-        "without; the board's safety core decides; two lidars on corners. Simulation is not"
-    )
-    report.note("a user study. No rule: nothing stops the chair, as on a chair without gazechair.")
-
-
-def _rows(report: Report, name: str, tasks: list[Task], pool: Pool) -> None:
-    cases = [(one, seed) for seed, one in enumerate(tasks)]
-    bare, plain, helped = (
-        pool.map(_run, [(one, way, seed) for one, seed in cases], 1)
-        for way in (BARE, PLAIN, HELPED)
-    )
-    add_rows(report, name, bare, plain, helped)
-
-
-def add_rows(
-    report: Report,
-    name: str,
-    bare: list[Outcome],
-    plain: list[Outcome],
-    helped: list[Outcome],
-) -> None:
-    """The same tasks in three ways."""
-    report.add(f"assist: {name}", len(helped), "")
-    for way, found in ((PLAIN, plain), (HELPED, helped)):
-        arrived = 100.0 * sum(o.arrived for o in found) / len(found)
-        report.add(f"  arrived, {way}", arrived, "%", _ARRIVED if way == HELPED else None, True)
-        report.add(f"  commands per task, {way}", sum(o.commands for o in found) / len(found), "")
-        stopped = sum(o.overrides for o in found) / len(found)
-        report.add(f"  presses that the board ended, {way}", stopped, "")
-    commands = [sum(o.commands for o in found) for found in (plain, helped)]
-    report.add("  commands, helped of unhelped", commands[1] / max(1, commands[0]), "", 0.5)
-    contacts = [sum(o.contact for o in found) for found in (bare, plain, helped)]
-    for way, count in zip((BARE, PLAIN, HELPED), contacts, strict=True):
-        report.add(f"  tasks that end in a contact, {way}", count, "")
-    cut = 100.0 * (1.0 - contacts[2] / contacts[0]) if contacts[0] else math.nan
-    report.add("  contacts cut, against no rule", cut, "%", 82.0, at_least=True)
-    report.add("  moved while nothing was held", sum(o.loose for o in helped), "", 0)
-
-
-def _run(case: tuple[Task, str, int]) -> Outcome:
-    task_, way, seed = case
-    return Run(task_, way, seed, "3.1")()
 
 
 class Run:

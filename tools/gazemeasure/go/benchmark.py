@@ -12,7 +12,7 @@ from collections import Counter
 
 import numpy as np
 
-from gazemeasure.go import another, assist, floor, rows, scenes
+from gazemeasure.go import another, assist_set, floor, rows, scenes
 from gazemeasure.go import line as go_line
 from gazemeasure.go import process as go_process
 from gazemeasure.go import record as go_record
@@ -66,7 +66,7 @@ def measure(quick: bool) -> Report:
     another.measure(report, quick, PROCESSES)
     floor.measure(report, quick)
     go_line.measure(report, quick)
-    assist.measure(report, quick)
+    assist_set.measure(report, quick)
     go_process.measure(report)
     report.note(_ONE_LIDAR)
     for line in _ELSEWHERE:
