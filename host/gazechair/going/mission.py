@@ -243,6 +243,9 @@ class Mission:
         self._shut_since_s = None
         if not hit and self._waits_here_anyway(found, pose):
             return
+        if hurried and self._turns_in_vain(found, pose):
+            self._ask_plan()  # without hurry, from where it stops
+            return
         if hurried or improves:
             puts_off = improves and self._later < _LATER
             found = self._roll_into(found, pose, puts_off)
@@ -261,6 +264,14 @@ class Mission:
             self.state, self.reason = DRIVING, ""
         if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
+
+    def _turns_in_vain(self, found: Path, pose: Pose) -> bool:
+        """Whether a chair that hardly rolls would begin with a turn that the board refuses."""
+        aim_rad = found.aim_rad(0, pose)
+        if aim_rad is None or self._follower.rolling(pose) is not None:
+            return False
+        turns = abs(math.remainder(aim_rad - pose[2], 2.0 * math.pi)) > _SAME_WAY_RAD
+        return turns and not self.planner.turns_freely(pose, aim_rad)
 
     def _roll_into(self, found: Path, pose: Pose, puts_off: bool) -> Path | None:
         """Follow the path, bent into where the chair rolls; None: a turn to it has no room.
