@@ -186,8 +186,11 @@ class Mission:
         most_m_s = speed_within(self._free_m)
         stick = self._follower.step(pose, most_m_s, self._ahead.room_m, self._ahead.straight_m)
         if self._planning.busy or self._wants_plan:
-            over = self._follower.arrived or self._follower.lost_path
-            return STOP if over else self._recovery.meanwhile(stick, now_s)
+            if not (self._follower.arrived or self._follower.lost_path):
+                return self._recovery.meanwhile(stick, now_s)
+            if self.state == DRIVING and self._path_to != self.goal:
+                self.state = PLANNING  # the path to the goal before has ended
+            return STOP
         if self._follower.arrived:
             if self._nearer < _NEARER and self._gap_m(pose) > ARRIVED_M:
                 self._nearer += 1
