@@ -88,8 +88,11 @@ class ChairNumbers:
         """Whether outputs of `most` permille drive the chair, and turn it to one side at least."""
         _, turn = self.within(0, self.spot_permille, most)
         faster = max(self.left_deg_s, self.right_deg_s) / min(self.left_deg_s, self.right_deg_s)
-        linear = min(self.linear_most, most) / 1000.0
-        return linear > self.deadband and faster * self.turned_deg_s(turn) > self.breakaway_deg_s
+        return self.rolls_within(most) and faster * self.turned_deg_s(turn) > self.breakaway_deg_s
+
+    def rolls_within(self, most: int) -> bool:
+        """Whether outputs of `most` permille drive the chair straight on."""
+        return min(self.linear_most, most) / 1000.0 > self.deadband
 
     def linear_permille(self, speed_m_s: float) -> int:
         """Output for a speed, forward positive; 0 below 0.01 m/s."""

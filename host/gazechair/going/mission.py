@@ -186,8 +186,11 @@ class Mission:
         most_m_s = speed_within(self._free_m)
         stick = self._follower.step(pose, most_m_s, self._ahead.room_m, self._ahead.straight_m)
         if self._planning.busy or self._wants_plan:
-            over = self._follower.arrived or self._follower.lost_path
-            return STOP if over else self._recovery.meanwhile(stick, now_s)
+            if not (self._follower.arrived or self._follower.lost_path):
+                return self._recovery.meanwhile(stick, now_s)
+            if self.state == DRIVING and self._path_to != self.goal:
+                self.state = PLANNING  # the path to the goal before has ended
+            return STOP
         if self._follower.arrived:
             if self._nearer < _NEARER and self._gap_m(pose) > ARRIVED_M:
                 self._nearer += 1
@@ -243,6 +246,9 @@ class Mission:
         self._shut_since_s = None
         if not hit and self._waits_here_anyway(found, pose):
             return
+        if hurried and self._turns_in_vain(found, pose):
+            self._ask_plan()  # without hurry, from where it stops
+            return
         if hurried or improves:
             puts_off = improves and self._later < _LATER
             found = self._roll_into(found, pose, puts_off)
@@ -261,6 +267,14 @@ class Mission:
             self.state, self.reason = DRIVING, ""
         if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
+
+    def _turns_in_vain(self, found: Path, pose: Pose) -> bool:
+        """Whether a chair that hardly rolls would begin with a turn that the board refuses."""
+        aim_rad = found.aim_rad(0, pose)
+        if aim_rad is None or self._follower.rolling(pose) is not None:
+            return False
+        turns = abs(math.remainder(aim_rad - pose[2], 2.0 * math.pi)) > _SAME_WAY_RAD
+        return turns and not self.planner.turns_freely(pose, aim_rad)
 
     def _roll_into(self, found: Path, pose: Pose, puts_off: bool) -> Path | None:
         """Follow the path, bent into where the chair rolls; None: a turn to it has no room.

@@ -16,6 +16,7 @@ from gazechair.following.line import GONE_S, LineFollower, State
 from gazechair.following.line_view import NOT_SEEN, Picture
 from gazechair.following.request import STOP, Request
 from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.going.mission import LIMIT
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
@@ -108,6 +109,10 @@ class LineProducer(SpotProducer):
         pose, newest = self._track.pose(now_s), self._track.newest
         if pose is None or newest is None or not self._track.known(now_s):
             return Output((0, 0), "waits", NO_PLACE)
+        if not self._numbers.rolls_within(sensed.cap_permille):
+            follower.rest(pose, now_s)
+            self._requested_s = now_s
+            return Output((0, 0), "waits", LIMIT, self._shown(pose))
         moves = newest.speed_m_s, math.radians(newest.yaw_rate_deg_s)
         request = follower.step(pose, *moves, now_s, STEP_S)
         if follower.state is State.ENDED:

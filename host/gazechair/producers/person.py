@@ -13,6 +13,7 @@ from gazechair.following.person import State
 from gazechair.following.request import STOP, Request
 from gazechair.following.turns import Turns
 from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.going.mission import LIMIT
 from gazechair.producers.contract import MotionState, Output, Press, Producer, Sensed, Setup
 from gazechair.producers.track import ESTIMATE_OLD_S
 
@@ -79,6 +80,8 @@ class PersonProducer(Producer):
             return Output((0, 0), "waits", SIGHT_LOST)
         if not self._followed.fits:
             return Output((0, 0), "waits", NARROW)
+        if state is State.FOLLOWS and not self._numbers.rolls_within(sensed.cap_permille):
+            return Output((0, 0), "waits", LIMIT)
         return Output(self._stick(self._followed.request), _STATES[state], _REASONS[state])
 
     def _made(self) -> PersonFollower:

@@ -1,4 +1,4 @@
-"""Kind "line": pictures that are not of the calibrated camera's size."""
+"""Kind "line": pictures that are not of the calibrated camera's size; a speed cap too low."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from PIL import Image
 
 from e2e.picture_chair import CAMERA, EYE
 from gazechair.base.footprint import Footprint
+from gazechair.driving.messages import LOWEST_CAP_PERMILLE
+from gazechair.going.mission import LIMIT
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
@@ -33,6 +35,7 @@ class Chair:
         self._jpeg = FloorView(EYE, Floor(lines=[TAPE]), 3).jpeg(0.0, 0.0, 0.0)
         self._producer = LineProducer(Setup(Footprint(), Path("none"), folder))
         self._now_s = 100.0
+        self.cap_permille = 1000
         self._producer.wait(self._sensed((320, 240)), self._now_s)
         u, v = EYE.pixel(1.7, 0.0)
         at = u / EYE.width_px, v / EYE.height_px
@@ -43,7 +46,8 @@ class Chair:
         out = io.BytesIO()
         Image.open(io.BytesIO(self._jpeg)).resize(size).save(out, "JPEG")
         shot = Shot(out.getvalue(), self._now_s)
-        return Sensed(estimates=[Estimate(self._now_s, *(0.0,) * 10, 1.0, (), 1)], picture=shot)
+        estimate = Estimate(self._now_s, *(0.0,) * 10, 1.0, (), 1)
+        return Sensed(estimates=[estimate], picture=shot, cap_permille=self.cap_permille)
 
     def waits(self, size: tuple[int, int]) -> Output:
         """With pictures of that size."""
@@ -51,10 +55,10 @@ class Chair:
             sent = self._producer.wait(self._sensed(size), self._now_s)
         return sent
 
-    def drives(self, size: tuple[int, int]) -> Output:
+    def drives(self, size: tuple[int, int], steps: int = 5) -> Output:
         """Pressed, with pictures of that size."""
         self._producer.press(Press(1, {"ask": 1}, SETTINGS, True, self._now_s))
-        for _ in range(5):
+        for _ in range(steps):
             sent = self._producer.step(self._sensed(size), self._now_s)
             if sent.stick is None:
                 break
@@ -83,3 +87,14 @@ def test_a_camera_that_is_replaced_ends_the_ride(chair: Chair) -> None:
     assert chair.waits((320, 240)).state == "ready"
     sent = chair.drives(ANOTHER)
     assert (sent.state, sent.reason) == ("ended", UNCALIBRATED)
+
+
+def test_with_a_speed_cap_in_the_deadband_it_stands_and_says_so_until_it_is_raised(
+    chair: Chair,
+) -> None:
+    assert chair.waits((320, 240)).state == "ready"
+    chair.cap_permille = LOWEST_CAP_PERMILLE
+    sent = chair.drives((320, 240), steps=40)
+    assert (sent.stick, sent.state, sent.reason) == ((0, 0), "waits", LIMIT)
+    chair.cap_permille = 1000
+    assert chair.drives((320, 240)).state == "drives"

@@ -11,6 +11,8 @@ import pytest
 
 from gazechair.base.footprint import Footprint
 from gazechair.config.settings import LidarConfig
+from gazechair.driving.messages import LOWEST_CAP_PERMILLE
+from gazechair.going.mission import LIMIT
 from gazechair.producers import exchange
 from gazechair.producers.contract import Output, Press, Sensed, Setup
 from gazechair.producers.person import NARROW, SIGHT_LOST, UNSEEN, PersonProducer
@@ -40,6 +42,7 @@ class Chair:
         self._way = 0.0
         self._random = np.random.default_rng(3)
         self.sent = Output(None)
+        self.cap_permille = 1000
 
     def press(self, sees_behind: bool = True, **settings: int) -> None:
         chosen = {**_SETTINGS, **settings}
@@ -80,6 +83,7 @@ class Chair:
             piece, estimate = self.half(number)
             kept.pieces.append(piece)
             kept.estimates.append(estimate)
+            kept.cap_permille = self.cap_permille
             if requested:
                 found.append(self.producer.step(kept, self.now_s))
                 kept = Sensed()
@@ -179,12 +183,23 @@ def test_with_two_lidars_who_stands_there_at_the_press_is_followed_at_once(chair
     assert pressed.states[-1] == "drives"
 
 
-def test_with_an_output_limit_in_the_deadband_it_asks_for_no_motion_along(chair: Chair) -> None:
+def test_with_an_output_limit_in_the_deadband_it_stands_and_says_so(chair: Chair) -> None:
     deadband = profile_row(_SETTINGS["profile"], "deadband_permille")
     chair.press(**{deadband: 300, "linear_permille": 150})
     sent = [*chair.runs(3.0, -0.5), *chair.runs(2.6), *chair.runs(2.0, 0.4)]
-    assert "drives" in {one.state for one in sent}
+    assert (sent[-1].stick, sent[-1].state, sent[-1].reason) == ((0, 0), "waits", LIMIT)
     assert {one.stick[0] for one in sent if one.stick is not None} == {0}
+
+
+def test_with_a_speed_cap_in_the_deadband_it_stands_and_says_so_until_it_is_raised(
+    chair: Chair,
+) -> None:
+    chair.follows()
+    chair.cap_permille = LOWEST_CAP_PERMILLE
+    sent = chair.runs(0.5)[-1]
+    assert (sent.stick, sent.state, sent.reason) == ((0, 0), "waits", LIMIT)
+    chair.cap_permille = 1000
+    assert chair.runs(0.5, 0.4)[-1].state == "drives"
 
 
 def test_nobody_comes(chair: Chair) -> None:
