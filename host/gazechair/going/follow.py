@@ -116,7 +116,7 @@ class Follower:
         return aligned and self._linear.speed > -_STANDS_M_S
 
     def rolling(self, pose: Pose) -> Rolling | None:
-        """How the chair rolls; None: it is and gets so slow, or backward, that it may as well stop."""
+        """How the chair rolls; None: so slowly, or backward, that it may as well stop."""
         m_s = max(self._linear.speed, self._linear.dead_way()[1])
         if m_s < _ROLLS_M_S:
             return None
