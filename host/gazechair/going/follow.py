@@ -117,10 +117,11 @@ class Follower:
 
     def rolling(self, pose: Pose) -> Rolling | None:
         """How the chair rolls; None: so slowly, or backward, that it may as well stop."""
-        if self._linear.speed < _ROLLS_M_S:
+        m_s = max(self._linear.speed, self._linear.dead_way()[1])
+        if m_s < _ROLLS_M_S:
             return None
         then, later_rad = self._then(pose)
-        speed = max(self._linear.speed, self._pace.m_s)
+        speed = max(m_s, self._pace.m_s)
         leads_m = max(0.0, self._pace.m_s * self._lead_s - _SOONER_M)
         begin = along((*then[:2], later_rad), leads_m, 0.0)
         turns = self._turn.speed if abs(self._turn.speed) >= TURNS_DEG_S else 0.0

@@ -250,3 +250,15 @@ def test_another_press_which_ends_the_output_is_no_refusal_of_a_curve(pressed: b
         follower.press()
     follower.moved(STOP, 0.3, 0.0)
     assert (follower.step(off, math.inf, WIDE_M, WIDE_M).turn_permille < 0) is pressed
+
+
+def test_a_chair_that_is_getting_faster_than_a_stop_is_worth_counts_as_rolling() -> None:
+    """Taken for standing, it requested a turn, grew faster by its dead time, and dropped it."""
+    follower = Follower(numbers())
+    follower.take(STRAIGHT, (0.0, 0.0, 0.0))
+    for _ in range(10):
+        follower.moved(Stick(600, 0), None, 0.0)
+    assert follower.rolling((0.0, 0.0, 0.0)) is not None
+    for _ in range(40):
+        follower.moved(STOP, None, 0.0)
+    assert follower.rolling((0.0, 0.0, 0.0)) is None
