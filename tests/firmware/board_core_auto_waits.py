@@ -206,3 +206,23 @@ def test_a_held_drive_never_waits():
     core.tick()
     assert not core.moving()
     assert core.safety.edge == 0
+
+
+# Another place, chosen while the board overrules the curve to the one before.
+def test_another_press_that_begins_by_standing_is_not_lost_to_the_curve_of_the_one_before():
+    core = going(500, 200)
+    core.run(1500)
+    core.i.clearance_arc_views = 0
+    core.i.clearance_arcs = bytearray(len(core.i.clearance_arcs))
+    core.run(60)
+    assert core.safety.override == codes.OBSTACLE_LEFT
+    core.auto(0, 0)
+    for _ in range(20):
+        core.tick()
+        assert core.safety.edge == core.i.edge
+        assert core.safety.override == codes.NO_REASON
+        assert core.motion.linear_permille == core.motion.turn_permille == 0
+    core.i.linear_permille, core.i.turn_permille = 500, 200
+    core.tick()
+    assert core.safety.override == codes.OBSTACLE_LEFT
+    assert not core.moving()

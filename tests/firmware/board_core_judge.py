@@ -11,7 +11,7 @@ PRESSES = (
     (codes.BACKWARD, 0, 0, 2, codes.DIR_BACKWARD),
     (codes.LEFT, 0, 0, 4, codes.DIR_LEFT),
     (codes.RIGHT, 0, 0, 8, codes.DIR_RIGHT),
-    (codes.DRIVE, 0, 0, 0, codes.DIR_BACKWARD),
+    (codes.DRIVE, 0, 0, 0, None),
     (codes.DRIVE, 1, 0, 1, codes.DIR_FORWARD),
     (codes.DRIVE, -1, 0, 2, codes.DIR_BACKWARD),
     (codes.DRIVE, 0, 1, 4, codes.DIR_LEFT),
@@ -69,11 +69,24 @@ def test_the_reason_of_a_blocked_arc_names_the_side_it_leads_to():
     core = Core()
     core.arm()
     for verb, linear, turn, needs, told in PRESSES:
+        if told is None:
+            continue
         assert judged(core, verb, linear, turn, ARC_BLOCKED) == codes.OBSTACLE_FORWARD + told
         for blocked in range(16):
             # What stands in a single direction is said first.
             said = codes.OBSTACLE_FORWARD + (lowest(blocked & needs) if blocked & needs else told)
             assert judged(core, verb, linear, turn, ARC_BLOCKED | blocked) == said
+
+
+def test_what_asks_for_nothing_is_refused_by_no_arc_even_while_the_chair_still_rolls_along_it():
+    core = Core()
+    core.arm()
+    for blocked in range(16):
+        assert judged(core, codes.DRIVE, 0, 0, ARC_BLOCKED | blocked) == codes.NO_REASON
+        held = judged(core, codes.DRIVE, 0, 0, ARC_BLOCKED | blocked, new=False)
+        assert held == codes.NO_REASON
+    # The first request of either axis is judged again.
+    assert judged(core, codes.DRIVE, 1, 0, ARC_BLOCKED, new=False) == codes.OBSTACLE_FORWARD
 
 
 def test_a_press_kept_active_is_judged_like_a_new_one():

@@ -8,12 +8,13 @@ from gazelink.native import micropython
 ARC_BLOCKED = const(256)
 
 
-# What must not be blocked for this command to move the chair.
+# What must not be blocked for this command to move the chair. 0: it asks for nothing, so nothing
+# refuses it, even while the chair still rolls along an arc that is blocked.
 @micropython.viper
 def heads(i, verb: int) -> int:
     if verb != int(codes.DRIVE):
         return 1 << verb >> 1 | int(ARC_BLOCKED)
-    bits = int(ARC_BLOCKED)
+    bits = 0
     permille = int(i.linear_permille)
     if permille > 0:
         bits |= 1
@@ -24,6 +25,8 @@ def heads(i, verb: int) -> int:
         bits |= 4
     elif permille < 0:
         bits |= 8
+    if bits:
+        bits |= int(ARC_BLOCKED)
     return bits
 
 

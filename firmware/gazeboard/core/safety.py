@@ -345,7 +345,7 @@ class Safety:
             reason = self._why_not_drive(i, running)
         else:
             reason = codes.BAD_COMMAND
-        if reason == codes.NO_REASON and blocked & ARC_BLOCKED:
+        if reason == codes.NO_REASON and blocked & ARC_BLOCKED and heads(i, verb):
             return self._obstacle(of_arc(i))
         return reason
 
