@@ -1,4 +1,4 @@
-"""The board's settings what is refused, and what a board has lost."""
+"""The board's settings: what is refused, what a board has lost, and a gap in its link."""
 
 from contextlib import nullcontext
 
@@ -6,9 +6,11 @@ import pytest
 
 from fakeboard import FakeBoard
 from gazechair import cli
+from gazechair.board.state import BoardState
+from gazechair.commissioning import board_settings
 from gazechair.commissioning.board_settings import BoardSettings, SettingsError, parse
 from gazechair.service import board_connection
-from gazelink.settings_table import index_of
+from gazelink.settings_table import TABLE, index_of
 
 
 @pytest.mark.parametrize(
@@ -41,3 +43,29 @@ def test_defaults_that_a_board_lost_before_it_saved_are_not_called_saved(
     assert ("the board restarted" in capsys.readouterr().err) is restarts
     assert board.saved[neutral] == 172
     assert (board.saved[linear] == 400) is restarts
+
+
+class AwayFor(FakeBoard):
+    """A board whose link has a gap: it is back when it was looked for so often."""
+
+    def __init__(self, looks: int) -> None:
+        super().__init__()
+        self.looks = looks
+
+    def state(self) -> BoardState | None:
+        self.looks -= 1
+        self.connected = self.looks < 0
+        return super().state()
+
+
+def test_a_gap_in_the_link_is_waited_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(board_settings, "_LOOK_S", 0.0)
+    index = index_of("linear_permille")
+    assert BoardSettings(AwayFor(5)).get(index) == TABLE[index][1]  # type: ignore[arg-type]
+
+
+def test_a_board_that_stays_away_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(board_settings, "_BACK_S", 0.1)
+    board = AwayFor(10**9)
+    with pytest.raises(SettingsError, match="the board does not answer"):
+        BoardSettings(board).get(0)  # type: ignore[arg-type]
