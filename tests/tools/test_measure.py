@@ -7,10 +7,10 @@ import inspect
 
 import pytest
 
-import gazemeasure
+from gazemeasure.benchmarks import BENCHMARKS
 
 
-@pytest.mark.parametrize("name", gazemeasure.BENCHMARKS)
+@pytest.mark.parametrize("name", BENCHMARKS)
 def test_every_benchmark_has_its_measure(name: str) -> None:
-    module = importlib.import_module(f"gazemeasure.{gazemeasure.BENCHMARKS[name][0]}")
+    module = importlib.import_module(f"gazemeasure.{BENCHMARKS[name][0]}")
     assert list(inspect.signature(module.measure).parameters) == ["quick"]

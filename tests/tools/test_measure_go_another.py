@@ -35,9 +35,9 @@ from gazemeasure.go.another import (
     off_rad,
     steered_deg_s,
 )
-from gazemeasure.go.missions import Job
 from gazemeasure.go.whole import Driven, Scene
 from gazemeasure.home.localization import look
+from gazemeasure.on_record import Job
 from gazemeasure.report import Report
 from gazesim import pot
 from gazesim.chair import Chair

@@ -10,7 +10,8 @@ import pytest
 
 from gazemeasure.go import assist_set
 from gazemeasure.go.assist import BARE, HELPED, Outcome, Run, Task, cluttered, door
-from gazemeasure.go.assist_set import DOORS, Job, add_rows
+from gazemeasure.go.assist_set import DOORS, add_rows
+from gazemeasure.on_record import Job
 from gazemeasure.report import Report
 
 pytestmark = pytest.mark.costly

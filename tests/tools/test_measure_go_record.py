@@ -11,16 +11,9 @@ from typing import Any
 import pytest
 
 from gazemeasure.go import record as go_record
+from gazemeasure.on_record import Job
 
 _LIMIT_S = 10.0
-
-
-@dataclass(frozen=True)
-class Job:
-    """One of them."""
-
-    kind: str
-    seed: int
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
 from gazechair.sensing.mapping.stored import ros_map as product_maps
 from gazemeasure.go import foreign_maps
-from gazemeasure.go.missions import Job
 from gazemeasure.go.scenes import DOOR, PERSON, ROUND, SHUT, Shut, _add
 from gazemeasure.go.whole import Driven, Judge, Scene, drive
 from gazemeasure.home.localization import look
+from gazemeasure.on_record import Job
 from gazemeasure.report import Report
 from gazesim import ros_map
 from gazesim.home_drive import FRONT, REAR

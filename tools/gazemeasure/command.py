@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-import gazemeasure
 from gazechair.cli import refuse
+from gazemeasure import benchmarks
 
 
 def add(commands: Any) -> None:
@@ -19,11 +19,11 @@ def add(commands: Any) -> None:
 
 
 def _measure(options: argparse.Namespace) -> int:
-    if options.name not in gazemeasure.BENCHMARKS:
-        known = "; ".join(f"{name}: {row[1]}" for name, row in gazemeasure.BENCHMARKS.items())
+    if options.name not in benchmarks.BENCHMARKS:
+        known = "; ".join(f"{name}: {row[1]}" for name, row in benchmarks.BENCHMARKS.items())
         return refuse(f"no benchmark {options.name!r}; there are {known}")
     try:
-        report = gazemeasure.run(options.name, options.quick)
+        report = benchmarks.run(options.name, options.quick)
     except ImportError as error:
         return refuse(f"measure needs the extras sim and test: {error}")
     print(report.json() if options.json else report.table())

@@ -47,6 +47,14 @@ def write(file: Path, record: Mapping[str, Any], rows: Mapping[str, Row] | None 
 
 
 @dataclass(frozen=True)
+class Job:
+    """One case of a set: its kind, and the seed that it is drawn from."""
+
+    kind: str
+    seed: int
+
+
+@dataclass(frozen=True)
 class Record(Generic[R]):
     """Results that are stored one by one, so that an interrupted run is resumed."""
 

@@ -36,8 +36,8 @@ from gazechair.going.plan import Path, Pose
 from gazelink.settings_table import PROFILES, TABLE
 from gazemeasure.go import missions, rows, scenes
 from gazemeasure.go import record as go_record
-from gazemeasure.go.missions import Job
 from gazemeasure.go.whole import MOVES_DEG_S, MOVES_M_S, Judge, Scene
+from gazemeasure.on_record import Job
 from gazemeasure.report import Report, percentile
 from gazemeasure.turn.board import settings_with
 from gazesim import pot

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from gazemeasure import on_record
 from gazemeasure.go.assist import BARE, HELPED, PLAIN, Outcome, Run, Task, cluttered, door
-from gazemeasure.on_record import Record, Row
+from gazemeasure.on_record import Job, Record, Row
 from gazemeasure.pools import PROCESSES
 from gazemeasure.report import Report
 
@@ -25,14 +25,6 @@ _WAYS = {DOORS: (BARE, PLAIN, HELPED), ROOMS: (BARE, PLAIN, HELPED), NARROW: (HE
 _COUNTS, _COUNTS_QUICK = {DOORS: 1000, ROOMS: 300, NARROW: 200}, {DOORS: 4, ROOMS: 3, NARROW: 3}
 _PROFILE = "3.1"
 _ARRIVED = 95.0  # %, as of the doors of 0.81 m
-
-
-@dataclass(frozen=True)
-class Job:
-    """One task, in each way of its kind."""
-
-    kind: str
-    seed: int
 
 
 @dataclass(frozen=True)
@@ -69,7 +61,7 @@ def gather(jobs: Sequence[Job], file: Path | None) -> list[Result]:
 
 
 def run(job: Job) -> Result:
-    """Drive one task in each way."""
+    """Drive one task in each way of its kind."""
     task = _TASKS[job.kind](job.seed)
     ways = _WAYS[job.kind]
     return Result(job.kind, {way: Run(task, way, job.seed, _PROFILE)() for way in ways})

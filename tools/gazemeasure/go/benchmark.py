@@ -24,11 +24,11 @@ from gazemeasure.go.missions import (
     ONE,
     PEOPLE,
     TWO,
-    Job,
     Result,
     kept,
     mission,
 )
+from gazemeasure.on_record import Job
 from gazemeasure.pools import PROCESSES
 from gazemeasure.report import Report, percentile
 

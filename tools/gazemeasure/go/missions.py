@@ -19,6 +19,7 @@ from gazemeasure.go.rig import Go, Outcome
 from gazemeasure.home.localization import mapped
 from gazemeasure.obstacles.attack import KINDS as PHYSICS
 from gazemeasure.obstacles.attack import AttackedChair
+from gazemeasure.on_record import Job
 from gazemeasure.report import percentile
 from gazemeasure.turn.board import settings_with
 from gazesim import home_plans
@@ -37,14 +38,6 @@ _TRIES = 150
 _AROUND_M = 0.10  # least gap all round for a turn on the spot where a mission begins or ends
 _FENCE_M = 3.0
 _LIMIT_S = 90.0  # and four times the ideal
-
-
-@dataclass(frozen=True)
-class Job:
-    """One mission."""
-
-    kind: str
-    seed: int
 
 
 @dataclass(frozen=True)

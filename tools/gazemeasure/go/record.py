@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from gazemeasure import on_record
-from gazemeasure.on_record import Record, Row
+from gazemeasure.on_record import Job, Record, Row
 from gazesetup import ROOT
 
 FILE = on_record.file_of("missions.json")
@@ -22,20 +22,11 @@ _BEGINS = (
 )
 
 
-class Job(Protocol):
-    """One mission."""
-
-    @property
-    def kind(self) -> str: ...
-    @property
-    def seed(self) -> int: ...
-
-
 class Result(Protocol):
     """The result of one mission: a dataclass whose fields JSON can represent."""
 
     @property
-    def job(self) -> Any: ...
+    def job(self) -> Job: ...
     @property
     def arrived(self) -> bool: ...
     @property
@@ -44,13 +35,12 @@ class Result(Protocol):
     def ratio(self) -> float: ...
 
 
-J = TypeVar("J", bound=Job)
 R = TypeVar("R", bound=Result)
 
 
 def gather(
-    jobs: Sequence[J],
-    run: Callable[[J], R],
+    jobs: Sequence[Job],
+    run: Callable[[Job], R],
     load: Callable[[Row], R],
     processes: int,
     file: Path | None,

@@ -20,9 +20,9 @@ from gazelink.settings_table import PROFILES
 from gazemeasure import carmen_log
 from gazemeasure.go import foreign_maps, missions, rows
 from gazemeasure.go import record as go_record
-from gazemeasure.go.missions import Job
 from gazemeasure.go.whole import Driven, Judge, Scene, drive
 from gazemeasure.home.localization import KEY_SIGMAS, look, mapped
+from gazemeasure.on_record import Job
 from gazemeasure.report import Report
 from gazesim import home_plans, ros_map
 from gazesim.home_drive import FRONT, REAR
