@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Protocol
 
 from gazechair.board.events import SettingReply
 from gazechair.board.state import BoardState
+
+_LOOK_S = 0.05
 
 
 class Link(Protocol):
@@ -31,12 +34,22 @@ class Answer:
 
 
 def ask(
-    link: Link, request: int, index: int = 0, value: int = 0, *, tries: int, answer_s: float
+    link: Link,
+    request: int,
+    index: int = 0,
+    value: int = 0,
+    *,
+    tries: int,
+    answer_s: float,
+    gap_s: float = 0.0,
 ) -> Answer:
-    """Send a request (codes.SETTING_...); waits up to `answer_s` seconds for each of `tries`."""
+    """Send a request (codes.SETTING_...); waits up to `answer_s` seconds for each of `tries`.
+
+    `gap_s`: how long each try waits, before it sends, for a board that is not connected.
+    """
     unheard = False
     for _ in range(tries):
-        if link.state() is None:
+        if not _connected(link, gap_s):
             break
         reply = link.setting(request, index, value, answer_s)
         if reply is None or (reply.request, reply.index) != (request, index):
@@ -46,3 +59,13 @@ def ask(
         else:
             return Answer(reply.value, 0, unheard)
     return Answer(None, 0, unheard)
+
+
+def _connected(link: Link, gap_s: float) -> bool:
+    """Whether a board is connected, or soon."""
+    end_s = time.monotonic() + gap_s
+    while link.state() is None:
+        if time.monotonic() >= end_s:
+            return False
+        time.sleep(_LOOK_S)
+    return True

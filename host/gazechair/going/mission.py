@@ -23,7 +23,7 @@ from gazechair.going.plan import ARRIVED_M, NO_WAY, NoPath, Path, Planner, Pose
 from gazechair.going.planning import Planned, Planning, Submit
 from gazechair.going.recovery import END_LEG, GIVE_UP, PLAN, Recovery, Verdict
 from gazechair.going.rolled import POSE_OLD_S, Located, Rolled
-from gazechair.going.rolls_into import rolled_into, turns_at_stop, turns_rolling
+from gazechair.going.rolls_into import Rolling, rolled_into, turns_at_stop, turns_rolling
 from gazechair.going.smooth import refused_s
 from gazechair.going.steering import NARROW_M
 
@@ -246,19 +246,17 @@ class Mission:
         self._shut_since_s = None
         if not hit and self._waits_here_anyway(found, pose):
             return
-        if hurried and self._turns_in_vain(found, pose):
-            self._ask_plan()  # without hurry, from where it stops
-            return
         if hurried or improves:
             puts_off = improves and self._later < _LATER
-            found = self._roll_into(found, pose, puts_off)
-            if found is None and hurried:
-                self._ask_plan()  # from where it stops
-            if found is None and puts_off:
+            joined = self._join(found, pose, hurried, puts_off)
+            if joined is None and hurried:
+                self._ask_plan()  # without hurry, from where it stops
+            if joined is None and puts_off:
                 self._later += 1
                 self._improves_at_s = now_s + _LATER_S
-            if found is None:
+            if joined is None:
                 return
+            found = joined
         else:
             self._follower.take(found, pose)
         self.path, self._path_to = found, self.goal
@@ -268,24 +266,30 @@ class Mission:
         if hurried and not self._wants_plan:
             self._wants_plan = self._improves = True
 
+    def _join(self, found: Path, pose: Pose, hurried: bool, puts_off: bool) -> Path | None:
+        """Follow a path that was found while the chair drove; None: it cannot, or not now.
+
+        `puts_off`: nor is it followed if the chair must stop for it.
+        """
+        rolling = self._follower.rolling(pose)
+        if hurried and rolling is None and self._turns_in_vain(found, pose):
+            return None
+        self._checked_s = -math.inf  # whoever walks there was not in the path before
+        if rolling is not None:
+            return self._roll_into(found, pose, rolling, puts_off)
+        self._follower.take(found, pose)
+        return found
+
     def _turns_in_vain(self, found: Path, pose: Pose) -> bool:
-        """Whether a chair that hardly rolls would begin with a turn that the board refuses."""
+        """Whether a chair that stands would begin with a turn that the board refuses."""
         aim_rad = found.aim_rad(0, pose)
-        if aim_rad is None or self._follower.rolling(pose) is not None:
+        if aim_rad is None:
             return False
         turns = abs(math.remainder(aim_rad - pose[2], 2.0 * math.pi)) > _SAME_WAY_RAD
         return turns and not self.planner.turns_freely(pose, aim_rad)
 
-    def _roll_into(self, found: Path, pose: Pose, puts_off: bool) -> Path | None:
-        """Follow the path, bent into where the chair rolls; None: a turn to it has no room.
-
-        `puts_off`: nor is it followed if the chair must stop for it.
-        """
-        self._checked_s = -math.inf  # whoever walks there was not in the path before
-        rolling = self._follower.rolling(pose)
-        if rolling is None:
-            self._follower.take(found, pose)
-            return found
+    def _roll_into(self, found: Path, pose: Pose, rolling: Rolling, puts_off: bool) -> Path | None:
+        """Follow the path, bent into where the chair rolls; None: a turn to it has no room."""
         turns = turns_rolling(self.costmap, found, rolling)
         found = rolled_into(self.costmap, found, rolling) or found
         ahead = look_ahead(self.costmap, self._obstacles.people, self.footprint, found, 0, pose)

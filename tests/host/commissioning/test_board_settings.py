@@ -58,14 +58,12 @@ class AwayFor(FakeBoard):
         return super().state()
 
 
-def test_a_gap_in_the_link_is_waited_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(board_settings, "_LOOK_S", 0.0)
+def test_a_gap_in_the_link_is_waited_out() -> None:
     index = index_of("linear_permille")
-    assert BoardSettings(AwayFor(5)).get(index) == TABLE[index][1]  # type: ignore[arg-type]
+    assert BoardSettings(AwayFor(2)).get(index) == TABLE[index][1]  # type: ignore[arg-type]
 
 
 def test_a_board_that_stays_away_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(board_settings, "_BACK_S", 0.1)
-    board = AwayFor(10**9)
+    monkeypatch.setattr(board_settings, "_GAP_S", 0.1)
     with pytest.raises(SettingsError, match="the board does not answer"):
-        BoardSettings(board).get(0)  # type: ignore[arg-type]
+        BoardSettings(AwayFor(10**9)).get(0)  # type: ignore[arg-type]
