@@ -118,9 +118,7 @@ def test_braking_is_what_the_chair_would_not_have_done_anyway(
     driven(chair, (NEUTRAL, NEUTRAL), 0.1)
     driven(chair, (FULL, NEUTRAL), 3.0)
     driven(chair, before, 0.3)
-    world: Any = SimpleNamespace(chair=chair, wipers=before)
-    goes_on = GoesOn(world)
-    assert goes_on.wipers == before
+    goes_on = GoesOn(chair, before)
     for _ in range(600):
         driven(chair, after, 0.001)
         goes_on.one_ms()
@@ -203,6 +201,7 @@ def watched(state: str = DRIVING) -> Any:
     world = SimpleNamespace(chair=twin, wipers=(FULL, NEUTRAL))
     judge.chair = SimpleNamespace(mission=mission, world=world, now_ms=9000)
     judge.pressed_ms, judge.how, judge._goes_on = 8900, "", None
+    judge._wipers = world.wipers
     judge.moves_after_s = judge.responds_after_s = math.inf
     judge.planned_after_s = judge.output_after_s = math.inf
     judge._first, judge._new, judge._moved = FIRST, None, (twin.speed_m_s, 0.0)
@@ -224,6 +223,15 @@ def test_to_brake_for_another_plan_is_a_response_and_no_new_motion() -> None:
     goes_on(judge, (NEUTRAL, NEUTRAL), 0.6)
     assert 0.2 < judge.responds_after_s < 0.7
     assert (judge.planned_after_s, judge.moves_after_s) == (math.inf, math.inf)
+
+
+def test_a_path_and_its_first_output_may_come_in_one_millisecond() -> None:
+    judge = watched()
+    judge.chair.mission.path, judge.chair.mission._path_to = BACK, SECOND
+    goes_on(judge, (NEUTRAL, NEUTRAL), 0.6)
+    assert judge.output_after_s == judge.planned_after_s == pytest.approx(0.101)
+    assert 0.2 < judge.responds_after_s < 0.7
+    assert judge.moves_after_s == math.inf
 
 
 def test_the_newest_path_is_judged_with_the_limit_of_its_own_class() -> None:

@@ -42,7 +42,6 @@ from gazemeasure.report import Report, percentile
 from gazemeasure.turn.board import settings_with
 from gazesim import pot
 from gazesim.chair import Chair
-from gazesim.world import World
 
 KIND, COUNT = "another goal", 40
 GOES_ON, CURVES = "it moves as asked already", "a curve while it rolls"
@@ -155,6 +154,8 @@ class Another(Judge):
         self._new: Path | None = None
         self._off_rad = 0.0
         self._moved = 0.0, 0.0
+        self._wipers = self.chair.world.wipers
+        """A millisecond ago: the path may have come, and its first output with it, since."""
         self.acts.append(self._watch)
 
     def _places(self) -> dict[str, Pose]:
@@ -170,6 +171,7 @@ class Another(Judge):
         super()._sets_out()
 
     def _watch(self) -> None:
+        before, self._wipers = self._wipers, self.chair.world.wipers
         if not self.pressed_ms or self.moves_after_s < math.inf or self.since_s > _LATEST_S:
             return
         mission, twin = self.chair.mission, self.chair.world.chair
@@ -180,7 +182,7 @@ class Another(Judge):
         if self._goes_on is not None:
             self._goes_on.one_ms()
         elif known or mission.state == PLANNING:  # to plan anew from where it stops, it brakes
-            self._goes_on = GoesOn(self.chair.world)
+            self._goes_on = GoesOn(self.chair.world.chair, before)
         if self._goes_on is not None and self._goes_on.faster_m_s(twin) > _BRAKED_M_S:
             self.responds_after_s = min(self.responds_after_s, self.since_s)
         if not known or self._goes_on is None:
@@ -189,7 +191,7 @@ class Another(Judge):
         if path is not self._new:
             self._new, self._off_rad = path, off_rad(path, math.radians(twin.heading_deg))
             self.how = class_of(path, self._off_rad, *self._moved)
-        if self.output_after_s == math.inf and self._goes_on.wipers != self.chair.world.wipers:
+        if self.output_after_s == math.inf and self._goes_on.wipers != self._wipers:
             self.output_after_s = self.since_s
         steered = steered_deg_s(*self._moved)
         if obeys(path, self._off_rad, twin.speed_m_s, twin.yaw_rate_deg_s, steered):
@@ -198,12 +200,12 @@ class Another(Judge):
 
 
 class GoesOn:
-    """A copy of the simulated chair, to which the present output is put out further on."""
+    """A copy of the simulated chair, to which the output for the old path is put out further on."""
 
-    def __init__(self, world: World) -> None:
-        self.wipers = world.wipers
-        self._chair = copy.deepcopy(world.chair)
-        linear, turn = (pot.deflection(one) for one in world.wipers)
+    def __init__(self, chair: Chair, wipers: tuple[int, int]) -> None:
+        self.wipers = wipers
+        self._chair = copy.deepcopy(chair)
+        linear, turn = (pot.deflection(one) for one in wipers)
         self._stick = linear, turn
 
     def one_ms(self) -> None:
