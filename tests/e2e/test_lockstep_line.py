@@ -25,6 +25,7 @@ TAPE = np.array([(0.8, 0.0), (2.2, 0.0), *((2.2 + 0.1 * k, 0.0035 * k * k) for k
 FRONT_M = 0.65
 PATH_MS, PAGE_MS = 60, 20
 STEP_MS = 50
+POSE_LOST_MS = 500
 LOST_MS = round(1000 * LOST_S)
 
 
@@ -168,6 +169,26 @@ def test_p17_its_process_ends_or_hangs(chair: OnTape, how: str) -> None:
     else:
         chair.stopped = False
     chair.stays_still(600)
+
+
+def test_p20_its_pose_is_lost(chair: OnTape) -> None:
+    chair.drives()
+    chair.measured = False
+    ms = chair.until(chair.neutral, POSE_LOST_MS)
+    chair.until(lambda: chair.news["state"] == "ended", POSE_LOST_MS + PATH_MS - ms)
+    chair.measured = True  # too late: the chair may be elsewhere
+    chair.stays_still(1500)
+    assert chair.news["reason"] == "line_no_place"
+
+
+def test_a_pose_that_is_late_for_a_moment_ends_nothing(chair: OnTape) -> None:
+    chair.drives()
+    chair.measured = False
+    chair.until(lambda: chair.news["reason"] == "line_no_place", 400)
+    chair.measured = True
+    chair.until(chair.neutral, 100)
+    chair.until(lambda: not chair.neutral(), 700)
+    assert chair.news["state"] == "drives"
 
 
 def test_nobody_looks_and_no_tape_where_one_looks(chair: OnTape) -> None:

@@ -22,6 +22,7 @@ pytestmark = pytest.mark.costly
 FRONT_M = 0.65
 PATH_MS = 60  # of a page's word: network, host and cable
 STEP_MS = 50
+POSE_LOST_MS = 500
 TURN_MS = 300  # until a whole turn of the lidar has been made, read and judged
 
 
@@ -123,6 +124,16 @@ def test_the_lidar_is_lost(chair: Following) -> None:
     chair.until(chair.neutral, TURN_MS)
     chair.stays_still(1200)
     assert chair.news["state"] == "ended"
+
+
+def test_p20_its_pose_is_lost(chair: Following) -> None:
+    chair.follows()
+    chair.measured = False
+    ms = chair.until(chair.neutral, POSE_LOST_MS)
+    chair.until(lambda: chair.news["state"] == "ended", POSE_LOST_MS + PATH_MS - ms)
+    chair.measured = True  # too late: the chair may be elsewhere
+    chair.stays_still(1500)
+    assert chair.news["reason"] == "person_no_sight"
 
 
 def test_p17_its_process_is_killed(chair: Following) -> None:

@@ -21,6 +21,7 @@ from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
 from gazechair.picture.pixels import pixels, size_px
+from gazechair.producers import pose_watch
 from gazechair.producers.contract import (
     KEPT_S,
     STEP_S,
@@ -36,6 +37,7 @@ from gazechair.producers.contract import (
 from gazechair.producers.moved_by_others import MovedByOthers
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture
+from gazechair.producers.pose_watch import PoseWatch
 
 # Reasons, keys of the string tables.
 NO_PICTURE, NO_PLACE, UNSEEN_BEHIND = "line_no_picture", "line_no_place", "line_unseen_behind"
@@ -61,6 +63,7 @@ class LineProducer(SpotProducer):
         self._pressed_s = self._placed_s = -math.inf
         self._requested_s = -math.inf  # last requested motion
         self._moved_by_others = MovedByOthers()
+        self._watch = PoseWatch()
         self._refused = ""
 
     def ask(self, ask: Ask) -> None:
@@ -95,6 +98,7 @@ class LineProducer(SpotProducer):
     def press(self, press: Press) -> None:
         self._numbers = ChairNumbers.of(press.settings)
         self._pressed_s = self._requested_s = press.at_s
+        self._watch.begin()
         if self._ask is None or press.target["ask"] != self._ask.number:
             self._over(LOST)
 
@@ -107,7 +111,15 @@ class LineProducer(SpotProducer):
         if follower is None or reason:
             return self._over(reason)
         pose, newest = self._track.pose(now_s), self._track.newest
-        if pose is None or newest is None or not self._track.known(now_s):
+        known = newest is not None and pose is not None and self._track.known(now_s)
+        seen_s = newest.time_s if newest is not None and known else None
+        state = self._watch.judge(seen_s, self._track, now_s)
+        if state == pose_watch.LOST:
+            return self._over(NO_PLACE)
+        if newest is None or pose is None or state != pose_watch.KNOWN:
+            if newest is not None:
+                follower.rest(newest.pose(), now_s)
+            self._requested_s = now_s
             return Output((0, 0), "waits", NO_PLACE)
         if not self._numbers.rolls_within(sensed.cap_permille):
             follower.rest(pose, now_s)

@@ -15,6 +15,7 @@ from gazechair.following.turns import Turns
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.mission import LIMIT
 from gazechair.producers.contract import MotionState, Output, Press, Producer, Sensed, Setup
+from gazechair.producers.pose_watch import ENDS_S
 from gazechair.producers.track import ESTIMATE_OLD_S
 
 SIGHT_LOST = "person_no_sight"
@@ -23,7 +24,6 @@ UNSEEN = "person_unseen_behind"
 """No lidar sees behind the chair: the board permits no turn, and the chair would just stand."""
 NARROW = "person_narrow"
 """The person went where the chair does not fit."""
-_GONE_S = 1.0  # older: the press is over
 _BEGINS_S = 1.5  # longest wait for the first turn after the press
 _STATES: dict[State, MotionState] = {
     State.CHOOSING: "waits",
@@ -70,8 +70,8 @@ class PersonProducer(Producer):
                 self._track = turn.track
             self._seen_s = turn.scan.at_s
             self._followed = self._follower.look(turn.scan, turn.pose)
-        late_s = now_s - max(self._seen_s, self._begun_s + _BEGINS_S - _GONE_S)
-        if late_s > _GONE_S:
+        late_s = now_s - max(self._seen_s, self._begun_s + _BEGINS_S - ENDS_S)
+        if late_s > ENDS_S:
             return Output(None, "ended", SIGHT_LOST)
         state = self._followed.state
         if state not in _STATES:

@@ -16,6 +16,7 @@ from gazechair.going.mission import LIMIT
 from gazechair.producers import exchange
 from gazechair.producers.contract import Output, Press, Sensed, Setup
 from gazechair.producers.person import NARROW, SIGHT_LOST, UNSEEN, PersonProducer
+from gazechair.producers.pose_watch import ENDS_S
 from gazechair.producers.runner import Runner
 from gazechair.producers.track import ESTIMATE_OLD_S
 from gazechair.sensing.inbox.inbox import HalfTurn
@@ -232,9 +233,9 @@ def test_stands_and_says_so_where_the_chair_does_not_fit(chair: Chair) -> None:
 def test_without_a_lidar_or_odometry_it_stands_then_ends(chair: Chair) -> None:
     chair.follows()
     sent = chair.blind(1.5)
-    late = round(ESTIMATE_OLD_S / _HALF_S)
-    assert all(one.stick == (0, 0) for one in sent[late + 1 : 2 * late])
-    assert sent[2 * late].reason == SIGHT_LOST
+    late, over = round(ESTIMATE_OLD_S / _HALF_S), round(ENDS_S / _HALF_S)
+    assert (sent[late].stick, sent[late].reason) == ((0, 0), SIGHT_LOST)
+    assert sent[over].stick is None
     assert (sent[-1].stick, sent[-1].state, sent[-1].reason) == (None, "ended", SIGHT_LOST)
 
 
