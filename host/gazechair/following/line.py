@@ -15,6 +15,7 @@ from gazechair.base.arrays import FloatArray
 from gazechair.base.footprint import DEFAULT_CORNERS
 from gazechair.base.polyline import along_m, evenly
 from gazechair.base.poses import to_frame
+from gazechair.following.line_memory import FrozenPicture, LineMemory
 from gazechair.following.line_trace import trace
 from gazechair.following.line_view import FAR_M, NOT_SEEN, LineColour, Picture, PlanMaker, chosen
 from gazechair.following.request import STOP, Request
@@ -38,7 +39,6 @@ _TURNS_PER_S = 1.2
 _LEAST_M_S = 0.08
 _BEHIND_M = 1.0
 _SAME_M = 0.25
-_FROZEN_M, _FROZEN_RAD = 0.04, math.radians(2.0)
 # Between points of the line, also over bridged gaps: the nearest one gives the progress.
 _EVEN_M = 0.04
 _EXPECTED_POINTS, _ROUND_M = 8, 0.14  # this much of it well in view should be seen
@@ -84,8 +84,8 @@ class LineFollower:
         self._blind_m = 0.0
         self._last = STOP
         self._turns = False
-        self._shown: Picture | None = None
-        self._shown_at: FloatArray = np.zeros(3)
+        self._frozen = FrozenPicture()
+        self._memory = LineMemory()
         self.state = State.OFF
 
     @property
@@ -122,6 +122,8 @@ class LineFollower:
         # Bridge the gap from the chair to the line's first visible point.
         self._line = to_frame(evenly(np.concatenate((np.zeros((1, 2)), seen)), _EVEN_M), pose)
         self._ends = farther.ended
+        self._memory = LineMemory()
+        self._memory.keep(to_frame(seen, pose), pose)
         self._seen_s = self._looked_s = at_s
         self._blind_m, self._turns = 0.0, False
         self.state = State.FOLLOWS
@@ -131,7 +133,7 @@ class LineFollower:
         """Process a picture; `pose` of the drive axle when taken: x, y, heading in radians."""
         if self.state is not State.FOLLOWS or self._colour is None:
             return
-        if not self._plans.fits(picture) or self._frozen(picture, pose):
+        if not self._plans.fits(picture) or self._frozen.look(picture, pose):
             return
         self._looked_s = at_s
         plan = self._plans(picture)
@@ -151,6 +153,10 @@ class LineFollower:
                 break
         else:
             return
+        seen = to_frame(found.points_m, pose)
+        if self._memory.contradicts(seen, pose):
+            return
+        self._memory.keep(seen, pose)
         self._seen_s = at_s
         kept = np.concatenate((known[:start], found.points_m))
         end = found.points_m[-1]
@@ -193,13 +199,6 @@ class LineFollower:
             return STOP
         self._last = self._request(then, ahead, left_m, dt_s)
         return self._last
-
-    def _frozen(self, picture: Picture, pose: FloatArray) -> bool:
-        """True if the picture has not changed although the chair has moved: the camera hangs."""
-        if self._shown is None or not np.array_equal(picture, self._shown):
-            self._shown, self._shown_at = picture.copy(), pose
-        off = pose - self._shown_at
-        return math.hypot(off[0], off[1]) > _FROZEN_M or abs(off[2]) > _FROZEN_RAD
 
     def _unseen_s(self, pose: FloatArray, now_s: float) -> float:
         """Seconds since the line was seen, or since a picture if none should show it."""

@@ -165,6 +165,26 @@ def test_a_camera_that_shows_something_else_stops_it(how: str) -> None:
     assert follower.state is State.LOST
 
 
+@pytest.mark.parametrize("how", ["a clock runs", "noise"])
+def test_a_picture_that_hangs_but_for_a_detail_stops_it(how: str) -> None:
+    view = _view(lines=[_BEND])
+    follower = LineFollower(CAMERA, 0.35, math.radians(45.0), 0.3)
+    assert follower.choose(_picture(view), _pixel(1.3, 0.4), POSE, 0.0) == ""
+    good = _picture(view)
+    random = np.random.default_rng(5)
+    for tick in range(1, 60):
+        now, pose = 0.05 * tick, np.array((0.015 * tick, 0.0, 0.0))
+        shown = good.copy()
+        if how == "a clock runs":
+            shown[:8, :20] = random.integers(0, 256)
+        else:
+            shown = np.clip(good + random.integers(-2, 3, good.shape), 0, 255).astype(np.uint8)
+        follower.look(shown, pose, now)
+        request = follower.step(pose, 0.3, 0.0, now, 0.05)
+    assert request == STOP
+    assert follower.state is State.LOST
+
+
 def test_a_chair_that_stands_sees_the_same_again_and_starts() -> None:
     view = _view()
     follower = _following(view)
