@@ -15,7 +15,7 @@ from gazechair.following.turns import Turns
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.mission import LIMIT
 from gazechair.producers.contract import MotionState, Output, Press, Producer, Sensed, Setup
-from gazechair.producers.pose_watch import ENDS_S
+from gazechair.producers.pose_watch import ENDS_S, MOVED_BY_OTHERS
 from gazechair.producers.track import ESTIMATE_OLD_S
 
 SIGHT_LOST = "person_no_sight"
@@ -62,10 +62,13 @@ class PersonProducer(Producer):
             return Output(None, "ended", UNSEEN)
         for piece in sensed.pieces:
             self._turns.piece(piece)
-        for turn in filter(None, map(self._turns.estimate, sensed.estimates)):
-            if turn.track != self._track:
+        for estimate in sensed.estimates:
+            turn = self._turns.estimate(estimate)
+            if turn is None:
+                continue
+            if turn.track != self._track or MOVED_BY_OTHERS.intersection(estimate.doubts):
                 if self._followed.state is not State.CHOOSING:
-                    return Output(None, "ended", SIGHT_LOST)  # odometry has restarted
+                    return Output(None, "ended", SIGHT_LOST)  # odometry has restarted, or should
                 self._begin(self._begun_s)
                 self._track = turn.track
             self._seen_s = turn.scan.at_s

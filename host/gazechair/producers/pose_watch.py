@@ -19,7 +19,8 @@ STANDS_S = 3.0
 """Longest doubt of a pose that is known for moments only, and longest wait for the first one."""
 AGAIN_S = 0.25
 """For how long a doubted pose must be known before the chair moves again."""
-_MOVED = frozenset((doubts.CARRIED, doubts.LOST, doubts.PUSHED))  # by others
+MOVED_BY_OTHERS = frozenset((doubts.CARRIED, doubts.LOST, doubts.PUSHED))
+"""An estimate with any of these: the chair may be elsewhere than its motion brought it."""
 
 
 class PoseWatch:
@@ -61,6 +62,6 @@ class PoseWatch:
         newest = track.newest
         if self._track is None or newest is None:
             return False
-        if newest.track != self._track or _MOVED.intersection(newest.doubts):
+        if newest.track != self._track or MOVED_BY_OTHERS.intersection(newest.doubts):
             return True
         return self._moved_by_others.moved(track, now_s)

@@ -22,6 +22,7 @@ from gazechair.producers.track import ESTIMATE_OLD_S
 from gazechair.sensing.inbox.inbox import HalfTurn
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.inbox.pieces import Lidars, Piece
+from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
 from gazelink.settings_table import TABLE, profile_row
 from gazesim import rays
@@ -39,6 +40,7 @@ class Chair:
         self.now_s = 100.0
         self.person: float | None = 3.4
         self.track = 1
+        self.doubts: tuple[str, ...] = ()
         self.gap_m = math.inf  # between two pillars right before its front
         self._way = 0.0
         self._random = np.random.default_rng(3)
@@ -66,7 +68,7 @@ class Chair:
         metres = np.minimum(seen, hall) + self._random.normal(0.0, 0.006, len(angles))
         times = self.now_s + np.linspace(-_HALF_S, -0.0001, len(angles))
         piece = Piece(directions, metres, times, (_LIDAR_M, 0.0), 720)
-        sure = (0.0, 0.0, 0.1, 0.02, 1.0, ())
+        sure = (0.0, 0.0, 0.1, 0.02, 1.0, self.doubts)
         return piece, Estimate(piece.middle_s, *(0.0,) * 6, *sure, self.track)
 
     def later(self, walk_m_s: float = 0.0) -> None:
@@ -257,6 +259,25 @@ def test_odometry_that_begins_afresh_ends_it(chair: Chair) -> None:
     assert Output(None, "ended", SIGHT_LOST) in chair.runs(0.2)
     chair.press()  # anew: whoever stands there is chosen anew
     assert chair.runs(0.3)[-1].reason == "person_choosing"
+
+
+@pytest.mark.parametrize("doubt", [doubts.CARRIED, doubts.LOST, doubts.PUSHED])
+def test_a_chair_that_others_move_ends_it(chair: Chair, doubt: str) -> None:
+    chair.follows()
+    chair.doubts = (doubts.LITTLE,)
+    assert chair.runs(0.2, 0.4)[-1].state == "drives"  # an empty hall: the person is seen
+    chair.doubts = (doubt,)
+    assert Output(None, "ended", SIGHT_LOST) in chair.runs(0.2, 0.4)
+
+
+def test_nobody_is_chosen_while_others_move_the_chair(chair: Chair) -> None:
+    chair.press()
+    chair.doubts = (doubts.PUSHED,)
+    sent = [*chair.runs(3.0, -0.5), *chair.runs(2.6)]
+    assert {(one.stick, one.reason) for one in sent} == {((0, 0), "person_choosing")}
+    chair.doubts, chair.person = (), 3.4
+    chair.runs(3.0, -0.5)
+    assert chair.runs(2.6)[-1].state == "drives"
 
 
 def test_the_same_piece_again_is_no_sight(chair: Chair) -> None:
