@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from gazemeasure.home.localization import look, somewhere
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR
 from gazesim.homes import MIRROR, Home
+from gazesim.rooms import box
 
 
 def seen(number: int) -> tuple[Home, list[KeyScan], OccupancyGrid]:
@@ -45,6 +48,8 @@ def test_a_mirror_is_found_and_nothing_else_is_taken_for_one() -> None:
     [
         pytest.param(6, id="at its end nothing is seen"),
         pytest.param(14, id="few beams cross a bin, and some of them match nothing"),
+        pytest.param(55, id="some furniture is seen in it only"),
+        pytest.param(76, id="it shows little but walls at right angles to it"),
     ],
 )
 def test_a_mirror_is_found_where_little_is_seen_of_its_wall(number: int) -> None:
@@ -57,6 +62,19 @@ def test_a_mirror_is_found_where_little_is_seen_of_its_wall(number: int) -> None
     assert low[1 - axis] - 0.1 < mirror.low_m < mirror.high_m < high[1 - axis] + 0.1
     assert outside_of(home, grid) > 10
     assert outside_of(home, occupancy_of(without_mirrored(keys, grid))) == 0
+
+
+def test_the_middle_of_a_symmetrical_room_is_no_mirror() -> None:
+    corners = ((0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.0, 0.0))
+    walls = tuple((*a, *b) for a, b in pairwise(corners))
+    home = Home("room", walls, (box(1.9, 2.4, 0.3, 0.5, 0.0, 1.0, "cupboard"),))
+    chance = np.random.default_rng(1)
+    keys = []
+    for part in np.linspace(0.0, 1.0, 24):  # along one of its sides only
+        pose = np.array((2.7 + 0.6 * part, 0.7 + 2.6 * abs(np.sin(6.0 * part)), 6.0 * part))
+        one = look(home, pose, chance, (FRONT, REAR))
+        keys.append(KeyScan(pose, one.points_m, one.origins_m, 0.0, 0.0, 0.0))
+    assert found(keys, occupancy_of(keys)) == []
 
 
 def outside_of(home: Home, grid: OccupancyGrid) -> int:

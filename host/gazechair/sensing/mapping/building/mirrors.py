@@ -2,13 +2,15 @@
 
 A mirror shows the room in front of it, reflected at the mirror's line: a piece of a line is a
 mirror if nearly all beams that cross it, reflected there, end on known surfaces in front of it. A
-doorway is none: the chair has driven through it, or the room behind is another one.
+doorway is none: the chair has driven through it, or the room behind is another one. Nor is the
+middle of a symmetrical room: what is behind it is also seen past it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -28,10 +30,13 @@ _SHORTEST_M, _LONGEST_M = 0.3, 3.0
 _DEEP_M = 0.4  # average depth of the room behind: less is a niche, or something at the wall
 _SPREAD_M = 0.4  # of the depths: a single wall may lie as far behind as another does in front
 _LEAST_BEAMS = 60
-_OFF_M, _SHARPER = 0.15, 0.3  # at a line this far off, this share fewer match
+_OFF_M = 0.15  # from a line to those beside it
+_TELLS, _AGAINST = 0.1, 2.5  # of the beams match only at it; the more, the more match nowhere
 _WALL_M, _WALL_SHARE = 0.35, 0.6  # this far from an end, a wall continues or nothing is seen
 _BEHIND_WALL_M = 0.0, 0.1  # a mirror hangs before its wall
 _WIDER_M = 0.1  # than what was found
+_LEAST_HITS = 2  # of a cell in which something stood at any time
+_PAST = 0.25  # of what is behind it: more is seen past it, too
 
 
 @dataclass(frozen=True)
@@ -72,13 +77,14 @@ def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
     every = max(1, len(ends) // _MOST_BEAMS)
     starts, ends = starts[::every], ends[::every]
     track = np.array([key.pose[:2] for key in keys])
-    known = _Known(grid)
+    # Something that was moved since is in the mirror, too; what it hangs on was not moved.
+    known, walls = _Known(grid.hits >= _LEAST_HITS, grid), _Known(grid.occupied, grid)
     candidates: list[Mirror] = []
     for axis in (0, 1):
         low, high = ends[:, axis].min(), ends[:, axis].max()
         for at_m in np.arange(low, high, _LINE_M).tolist():
             for side in (-1, 1):
-                candidates += _on_line(axis, at_m, side, starts, ends, known, track)
+                candidates += _on_line(axis, at_m, side, starts, ends, known, walls, track)
     chosen: list[Mirror] = []
     for one in sorted(candidates, key=lambda mirror: -mirror.beams):
         if not any(_same_wall(one, other) for other in chosen):
@@ -87,11 +93,11 @@ def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
 
 
 class _Known:
-    """Tells whether a place lies on an occupied cell."""
+    """Tells whether a place lies on one of the cells."""
 
-    def __init__(self, grid: OccupancyGrid) -> None:
+    def __init__(self, cells: BoolArray, grid: OccupancyGrid) -> None:
         reach = round(_NEAR_M / grid.cell_m)
-        wide = np.pad(grid.occupied, reach)
+        wide = np.pad(cells, reach)
         near = np.zeros(wide.shape, dtype=bool)
         for di in range(-reach, reach + 1):
             for dj in range(-reach, reach + 1):
@@ -112,6 +118,7 @@ def _on_line(
     starts: FloatArray,
     ends: FloatArray,
     known: _Known,
+    walls: _Known,
     track: FloatArray,
 ) -> list[Mirror]:
     beyond, along = _crossing(axis, at_m, side, starts, ends)
@@ -132,54 +139,80 @@ def _on_line(
         if depth[inside].mean() < _DEEP_M or depth[inside].std() < _SPREAD_M:
             continue
         mirror = Mirror(axis, at_m, low_m, high_m, side, int(matched[inside].sum()))
-        if not _hangs(mirror, known, along):
+        if not _hangs(mirror, walls, along):
             continue
-        # Walls at right angles to the line match themselves when reflected at any line.
-        elsewhere = []
-        for off_m in (-_OFF_M, _OFF_M):
-            moved = behind[inside]
-            moved[:, axis] += 2.0 * off_m
-            elsewhere.append(float(known.at(moved).mean()))
-        if float(matched[inside].mean()) - max(elsewhere) < _SHARPER:
+        if not _matches_here(axis, behind[inside], matched[inside], known):
             continue
-        if not (mirror.crossed(track[:-1], track[1:]) | _driven(mirror, track)).any():
+        if (mirror.crossed(track[:-1], track[1:]) | _driven(mirror, track)).any():
+            continue
+        if _seen_past(mirror, starts, ends) < _PAST:
             mirrors.append(mirror)
     return mirrors
 
 
 def _stretches(bins: IntArray, matched: BoolArray) -> set[tuple[int, int]]:
-    """Stretches of bins in which nearly all beams match: (first, first that is not in it).
+    """Stretches of bins that may be mirrors: (first, first that is not in it).
 
-    Each bin alone, and with those beside it: few beams cross one, and people and furniture that
-    has moved match nothing.
+    Nearly all beams match there: in each bin alone, or with those beside it, as few beams cross one
+    and people match nothing. Or it is a whole opening: of what is in the room, some may have been
+    seen in the mirror only.
     """
     count, matches = np.bincount(bins), np.bincount(bins, matched)
     found = set()
     for wide, share in ((1, _MATCHED), (2 * _AROUND + 1, _MATCHED_AROUND)):
         ones, cut = np.ones(wide), slice(wide // 2, wide // 2 + len(count))
         enough = np.convolve(matches, ones)[cut] >= share * np.convolve(count, ones)[cut]
-        edges = np.flatnonzero(np.diff(np.pad((count > 0) & enough, 1).astype(np.int8)))
-        found |= set(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
-    return found
+        found |= _runs((count > 0) & enough)
+    return found | _runs(count > 0)
 
 
-def _hangs(mirror: Mirror, known: _Known, through: FloatArray) -> bool:
+def _runs(bins: BoolArray) -> set[tuple[int, int]]:
+    """Each run of set bins: (first, first that is not in it)."""
+    edges = np.flatnonzero(np.diff(np.pad(bins, 1).astype(np.int8)))
+    return set(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _matches_here(axis: int, behind: FloatArray, matched: BoolArray, known: _Known) -> bool:
+    """Whether enough of what is behind the line, reflected at it, matches at this line only.
+
+    Walls at right angles to it match themselves when reflected at any line.
+    """
+    beside = np.zeros(len(behind), dtype=bool)
+    for off_m in (-_OFF_M, _OFF_M):
+        moved = behind.copy()
+        moved[:, axis] += 2.0 * off_m
+        beside |= known.at(moved)
+    return bool((matched & ~beside).mean() >= max(_TELLS, _AGAINST * (~matched).mean()))
+
+
+def _hangs(mirror: Mirror, walls: _Known, through: FloatArray) -> bool:
     """Whether a wall continues at an end of it, and nothing else is seen at the other.
 
     `through`: where beams that end behind the line cross it.
     """
     beside = np.arange(0.5 * _BIN_M, _WALL_M, 0.5 * _BIN_M)
-    walls, closed = [], []
+    share, closed = [], []
     for along in (mirror.low_m - beside, mirror.high_m + beside):
         wall = np.zeros(len(along), dtype=bool)
         for behind_m in _BEHIND_WALL_M:
             at = np.full(len(along), mirror.at_m - mirror.side * behind_m)
             places = np.stack((at, along) if mirror.axis == 0 else (along, at), axis=1)
-            wall |= known.at(places)
+            wall |= walls.at(places)
         seen = (np.abs(along[:, None] - through) < 0.5 * _BIN_M).any(axis=1)
-        walls.append(wall.mean())
+        share.append(wall.mean())
         closed.append((wall | ~seen).mean())
-    return bool(max(walls) >= _WALL_SHARE and min(closed) >= _WALL_SHARE)
+    return bool(max(share) >= _WALL_SHARE and min(closed) >= _WALL_SHARE)
+
+
+def _seen_past(mirror: Mirror, starts: FloatArray, ends: FloatArray) -> float:
+    """Share of what is seen through it that is also seen past it: there is no mirror, then."""
+    through = mirror.crossed(starts, ends)
+    cells = np.round(ends / _NEAR_M).astype(np.int64)
+    cells -= cells.min(axis=0) - 1
+    past = np.zeros(cells.max(axis=0) + 2, dtype=bool)
+    for dx, dy in product((-1, 0, 1), repeat=2):
+        past[tuple((cells[~through] + (dx, dy)).T)] = True
+    return float(past[tuple(cells[through].T)].mean())
 
 
 def _driven(mirror: Mirror, track: FloatArray) -> BoolArray:
