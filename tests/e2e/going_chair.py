@@ -23,6 +23,8 @@ from gazesim.rooms import Room
 
 CELL_M = 0.05
 WHERE_MS = 100
+PATH_MS = 60  # of what a page sends: network, host and cable
+POSE_LOST_MS = 500
 
 
 def bare_floor(size_m: float, drawn: Drawn) -> HomeMap:
@@ -52,6 +54,14 @@ class GoingChair(ProducerChair):
             return
         self.alive = False
         self.service._on_status(Status(states.LOST, "plugin_lost", "", "ended"))
+
+    def loses_its_pose(self) -> None:
+        """Neutral and over in time; the chair stays there when the pose is back."""
+        self.measured = False
+        ms = self.until(self.neutral, POSE_LOST_MS)
+        self.until(lambda: self.news["state"] == "ended", POSE_LOST_MS + PATH_MS - ms)
+        self.measured = True  # too late: the chair may be elsewhere
+        self.stays_still(1500)
 
     def _daemon(self) -> None:
         chair, now_s = self.world.chair, self.now_s()

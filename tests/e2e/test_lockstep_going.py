@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from e2e.going_chair import WHERE_MS, GoingChair
+from e2e.going_chair import PATH_MS, POSE_LOST_MS, WHERE_MS, GoingChair
 from gazeboard.core import limits
 from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.lockstep_page import Page
@@ -16,12 +16,10 @@ from promises import END_TO_END, measured
 pytestmark = pytest.mark.costly
 
 KITCHEN, BED = (0.9, 0.1, 10.0), (1.0, -0.3, -10.0)
-PATH_MS = 60  # of a page's word: network, host and cable
 PAGE_MS = 20  # from a page to the wheels, in an idle network
 PLAN_MS = 3000
 HEARS_MS = 40  # after neutral, until the host knows that the motion has ended
 SUPERVISION_MS = 3000  # the setting
-POSE_LOST_MS = 500
 
 
 def drawn() -> Drawn:

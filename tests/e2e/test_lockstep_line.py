@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from e2e.going_chair import PATH_MS
 from e2e.picture_chair import PictureChair
 from gazeboard.core import limits
 from gazechair.following.line import LOST_S
@@ -23,9 +24,8 @@ pytestmark = pytest.mark.costly
 
 TAPE = np.array([(0.8, 0.0), (2.2, 0.0), *((2.2 + 0.1 * k, 0.0035 * k * k) for k in range(1, 9))])
 FRONT_M = 0.65
-PATH_MS, PAGE_MS = 60, 20
+PAGE_MS = 20
 STEP_MS = 50
-POSE_LOST_MS = 500
 LOST_MS = round(1000 * LOST_S)
 
 
@@ -173,11 +173,7 @@ def test_p17_its_process_ends_or_hangs(chair: OnTape, how: str) -> None:
 
 def test_p20_its_pose_is_lost(chair: OnTape) -> None:
     chair.drives()
-    chair.measured = False
-    ms = chair.until(chair.neutral, POSE_LOST_MS)
-    chair.until(lambda: chair.news["state"] == "ended", POSE_LOST_MS + PATH_MS - ms)
-    chair.measured = True  # too late: the chair may be elsewhere
-    chair.stays_still(1500)
+    chair.loses_its_pose()
     assert chair.news["reason"] == "line_no_place"
 
 

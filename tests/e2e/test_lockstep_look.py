@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from e2e.going_chair import PATH_MS, POSE_LOST_MS
 from e2e.picture_chair import CAMERA, PictureChair
 from gazeboard.core import limits
 from gazechair.picture.floor_calibration import Calibration
@@ -26,10 +27,9 @@ VAST = Room(
 )
 AROUND_SPOT = [[1.2, 0.05], [1.8, 0.05], [1.8, 0.65], [1.2, 0.65]]
 ACROSS = [[0.9, -3.0], [1.0, -3.0], [1.0, 3.0], [0.9, 3.0]]
-PATH_MS, PAGE_MS = 60, 20
+PAGE_MS = 20
 STEP_MS = 50
 PLAN_MS = 3000
-POSE_LOST_MS = 500
 
 
 class OnFloor(PictureChair):

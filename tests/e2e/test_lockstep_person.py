@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from e2e.going_chair import GoingChair
+from e2e.going_chair import PATH_MS, GoingChair
 from gazeboard.core import limits
 from gazechair.producers.places import Target
 from gazechair.producers.tiles import people
@@ -20,9 +20,7 @@ from gazesim.rooms import Person
 pytestmark = pytest.mark.costly
 
 FRONT_M = 0.65
-PATH_MS = 60  # of a page's word: network, host and cable
 STEP_MS = 50
-POSE_LOST_MS = 500
 TURN_MS = 300  # until a whole turn of the lidar has been made, read and judged
 
 
@@ -128,11 +126,7 @@ def test_the_lidar_is_lost(chair: Following) -> None:
 
 def test_p20_its_pose_is_lost(chair: Following) -> None:
     chair.follows()
-    chair.measured = False
-    ms = chair.until(chair.neutral, POSE_LOST_MS)
-    chair.until(lambda: chair.news["state"] == "ended", POSE_LOST_MS + PATH_MS - ms)
-    chair.measured = True  # too late: the chair may be elsewhere
-    chair.stays_still(1500)
+    chair.loses_its_pose()
     assert chair.news["reason"] == "person_no_sight"
 
 

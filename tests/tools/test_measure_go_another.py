@@ -119,6 +119,7 @@ def test_braking_is_what_the_chair_would_not_have_done_anyway(
     driven(chair, (FULL, NEUTRAL), 3.0)
     driven(chair, before, 0.3)
     goes_on = GoesOn(chair, before)
+    assert goes_on.wipers == before
     for _ in range(600):
         driven(chair, after, 0.001)
         goes_on.one_ms()

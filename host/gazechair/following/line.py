@@ -133,7 +133,7 @@ class LineFollower:
         """Process a picture; `pose` of the drive axle when taken: x, y, heading in radians."""
         if self.state is not State.FOLLOWS or self._colour is None:
             return
-        if not self._plans.fits(picture) or self._frozen.look(picture, pose):
+        if not self._plans.fits(picture) or self._frozen.hangs(picture, pose):
             return
         self._looked_s = at_s
         plan = self._plans(picture)

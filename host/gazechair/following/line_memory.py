@@ -12,6 +12,7 @@ import numpy as np
 
 from gazechair.base.arrays import FloatArray
 from gazechair.base.polyline import evenly
+from gazechair.base.poses import between
 from gazechair.following.line_view import Picture
 
 _STILL_M, _STILL_RAD = 0.04, math.radians(2.0)
@@ -32,8 +33,8 @@ class FrozenPicture:
         self._picture: Picture | None = None
         self._pose: FloatArray = np.zeros(3)
 
-    def look(self, picture: Picture, pose: FloatArray) -> bool:
-        """True if the camera hangs."""
+    def hangs(self, picture: Picture, pose: FloatArray) -> bool:
+        """Take in a picture; True if the camera hangs."""
         if self._picture is None or (picture == self._picture).mean() < _SAME_SHARE:
             self._picture, self._pose = picture.copy(), pose
         return _moved(pose, self._pose, _STILL_M, _STILL_RAD)
@@ -72,6 +73,5 @@ def _off_m(points_m: FloatArray, line_m: FloatArray) -> float | None:
 
 
 def _moved(pose: FloatArray, since: FloatArray, by_m: float, by_rad: float) -> bool:
-    off = pose - since
-    turned = abs(math.remainder(off[2], 2.0 * math.pi))
-    return math.hypot(off[0], off[1]) > by_m or turned > by_rad
+    moved = between(since, pose)
+    return math.hypot(moved[0], moved[1]) > by_m or abs(moved[2]) > by_rad

@@ -111,8 +111,7 @@ class LineProducer(SpotProducer):
         if follower is None or reason:
             return self._over(reason)
         pose, newest = self._track.pose(now_s), self._track.newest
-        known = newest is not None and pose is not None and self._track.known(now_s)
-        seen_s = newest.time_s if newest is not None and known else None
+        seen_s = None if pose is None else self._track.seen_s(now_s)
         state = self._watch.judge(seen_s, self._track, now_s)
         if state == pose_watch.LOST:
             return self._over(NO_PLACE)

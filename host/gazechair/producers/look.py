@@ -134,10 +134,10 @@ class LookProducer(SpotProducer):
         mission, found, newest = self._mission, self._found, self._track.newest
         if mission is None or found is None:
             return self._over(NOT_NOW)
-        known = newest is not None and newest.track == self._track_of and self._track.known(now_s)
-        seen_s = newest.time_s if newest is not None and known else None
-        state = self._watch.judge(seen_s, self._track, now_s)
-        if newest is None or newest.track != self._track_of or state == LOST:
+        if newest is None or newest.track != self._track_of:
+            return self._over(POSE_LOST)
+        state = self._watch.judge(self._track.seen_s(now_s), self._track, now_s)
+        if state == LOST:
             return self._over(POSE_LOST)
         if self._redrawn(now_s):
             return self._over(CHANGED)

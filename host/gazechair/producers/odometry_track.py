@@ -44,6 +44,11 @@ class OdometryTrack:
             return False
         return not DOUBTED.intersection(newest.doubts)
 
+    def seen_s(self, now_s: float) -> float | None:
+        """When the chair was at its newest pose; None: the present one is in doubt."""
+        newest = self.newest
+        return newest.time_s if newest is not None and self.known(now_s) else None
+
     @property
     def stands(self) -> bool:
         """True if it hardly moves, by the newest estimate."""

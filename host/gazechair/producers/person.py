@@ -19,7 +19,7 @@ from gazechair.producers.pose_watch import ENDS_S, MOVED_BY_OTHERS
 from gazechair.producers.track import ESTIMATE_OLD_S
 
 SIGHT_LOST = "person_no_sight"
-"""No lidar turn, or no odometry pose, in time."""
+"""No lidar turn, or no odometry pose, in time; or others have moved the chair."""
 UNSEEN = "person_unseen_behind"
 """No lidar sees behind the chair: the board permits no turn, and the chair would just stand."""
 NARROW = "person_narrow"

@@ -60,7 +60,7 @@ class AwayFor(FakeBoard):
 
 def test_a_gap_in_the_link_is_waited_out() -> None:
     index = index_of("linear_permille")
-    assert BoardSettings(AwayFor(2)).get(index) == TABLE[index][1]  # type: ignore[arg-type]
+    assert BoardSettings(AwayFor(5)).get(index) == TABLE[index][1]  # type: ignore[arg-type]
 
 
 def test_a_board_that_stays_away_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:

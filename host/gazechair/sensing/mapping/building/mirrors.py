@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
@@ -78,13 +77,17 @@ def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
     starts, ends = starts[::every], ends[::every]
     track = np.array([key.pose[:2] for key in keys])
     # Something that was moved since is in the mirror, too; what it hangs on was not moved.
-    known, walls = _Known(grid.hits >= _LEAST_HITS, grid), _Known(grid.occupied, grid)
+    known, walls = (
+        _Known(cells, grid.low_m, grid.cell_m)
+        for cells in (grid.hits >= _LEAST_HITS, grid.occupied)
+    )
+    seen = _Seen(starts, ends, track, known, walls)
     candidates: list[Mirror] = []
     for axis in (0, 1):
         low, high = ends[:, axis].min(), ends[:, axis].max()
         for at_m in np.arange(low, high, _LINE_M).tolist():
             for side in (-1, 1):
-                candidates += _on_line(axis, at_m, side, starts, ends, known, walls, track)
+                candidates += _on_line(axis, at_m, side, seen)
     chosen: list[Mirror] = []
     for one in sorted(candidates, key=lambda mirror: -mirror.beams):
         if not any(_same_wall(one, other) for other in chosen):
@@ -93,17 +96,18 @@ def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
 
 
 class _Known:
-    """Tells whether a place lies on one of the cells."""
+    """Tells whether a place lies on one of the cells, or near it."""
 
-    def __init__(self, cells: BoolArray, grid: OccupancyGrid) -> None:
-        reach = round(_NEAR_M / grid.cell_m)
+    def __init__(self, cells: BoolArray, low_m: FloatArray, cell_m: float) -> None:
+        """`cells`: (nx, ny) of `cell_m`; (0, 0) begins at `low_m`."""
+        reach = round(_NEAR_M / cell_m)
         wide = np.pad(cells, reach)
         near = np.zeros(wide.shape, dtype=bool)
         for di in range(-reach, reach + 1):
             for dj in range(-reach, reach + 1):
                 near |= np.roll(wide, (di, dj), axis=(0, 1))
         self._near: BoolArray = near
-        self._low_m, self._cell_m = grid.low_m - reach * grid.cell_m, grid.cell_m
+        self._low_m, self._cell_m = low_m - reach * cell_m, cell_m
 
     def at(self, places_m: FloatArray) -> BoolArray:
         """(N,), of places (N, 2)."""
@@ -111,23 +115,29 @@ class _Known:
         return marked(self._near, cells)
 
 
-def _on_line(
-    axis: int,
-    at_m: float,
-    side: int,
-    starts: FloatArray,
-    ends: FloatArray,
-    known: _Known,
-    walls: _Known,
-    track: FloatArray,
-) -> list[Mirror]:
-    beyond, along = _crossing(axis, at_m, side, starts, ends)
+@dataclass(frozen=True)
+class _Seen:
+    """What the key scans saw."""
+
+    starts: FloatArray
+    ends: FloatArray
+    """Of their beams."""
+    track: FloatArray
+    """(N, 2): where the chair was."""
+    known: _Known
+    """Surfaces, at any time."""
+    walls: _Known
+    """Those that have not moved."""
+
+
+def _on_line(axis: int, at_m: float, side: int, seen: _Seen) -> list[Mirror]:
+    beyond, along = _crossing(axis, at_m, side, seen.starts, seen.ends)
     if np.count_nonzero(beyond) < _LEAST_BEAMS:
         return []
-    along, behind = along[beyond], ends[beyond].copy()
+    along, behind = along[beyond], seen.ends[beyond].copy()
     depth = np.abs(behind[:, axis] - at_m)
     behind[:, axis] = 2.0 * at_m - behind[:, axis]
-    matched = known.at(behind)
+    matched = seen.known.at(behind)
     begin_m = float(along.min())
     bins = ((along - begin_m) / _BIN_M).astype(np.int64)
     mirrors = []
@@ -139,13 +149,11 @@ def _on_line(
         if depth[inside].mean() < _DEEP_M or depth[inside].std() < _SPREAD_M:
             continue
         mirror = Mirror(axis, at_m, low_m, high_m, side, int(matched[inside].sum()))
-        if not _hangs(mirror, walls, along):
+        if not _hangs(mirror, seen.walls, along):
             continue
-        if not _matches_here(axis, behind[inside], matched[inside], known):
+        if not _matches_here(axis, behind[inside], matched[inside], seen.known):
             continue
-        if (mirror.crossed(track[:-1], track[1:]) | _driven(mirror, track)).any():
-            continue
-        if _seen_past(mirror, starts, ends) < _PAST:
+        if not _driven(mirror, seen.track) and _seen_past(mirror, seen) < _PAST:
             mirrors.append(mirror)
     return mirrors
 
@@ -204,24 +212,24 @@ def _hangs(mirror: Mirror, walls: _Known, through: FloatArray) -> bool:
     return bool(max(share) >= _WALL_SHARE and min(closed) >= _WALL_SHARE)
 
 
-def _seen_past(mirror: Mirror, starts: FloatArray, ends: FloatArray) -> float:
+def _seen_past(mirror: Mirror, seen: _Seen) -> float:
     """Share of what is seen through it that is also seen past it: there is no mirror, then."""
-    through = mirror.crossed(starts, ends)
-    cells = np.round(ends / _NEAR_M).astype(np.int64)
-    cells -= cells.min(axis=0) - 1
-    past = np.zeros(cells.max(axis=0) + 2, dtype=bool)
-    for dx, dy in product((-1, 0, 1), repeat=2):
-        past[tuple((cells[~through] + (dx, dy)).T)] = True
-    return float(past[tuple(cells[through].T)].mean())
+    through = mirror.crossed(seen.starts, seen.ends)
+    cells = np.round(seen.ends / _NEAR_M).astype(np.int64)
+    lowest = cells.min(axis=0)
+    cells -= lowest
+    past = np.zeros(cells.max(axis=0) + 1, dtype=bool)
+    past[tuple(cells[~through].T)] = True
+    near_past = _Known(past, (lowest - 0.5) * _NEAR_M, _NEAR_M)
+    return float(near_past.at(seen.ends[through]).mean())
 
 
-def _driven(mirror: Mirror, track: FloatArray) -> BoolArray:
-    """(N,): key scans right behind it: the chair was there."""
+def _driven(mirror: Mirror, track: FloatArray) -> bool:
+    """Whether the chair drove through it, or was right behind it."""
     off = -mirror.side * (track[:-1, mirror.axis] - mirror.at_m)
     along = track[:-1, 1 - mirror.axis]
-    return np.asarray(
-        (off > 0.0) & (off < _LONGEST_M) & (along > mirror.low_m) & (along < mirror.high_m)
-    )
+    behind = (off > 0.0) & (off < _LONGEST_M) & (along > mirror.low_m) & (along < mirror.high_m)
+    return bool((mirror.crossed(track[:-1], track[1:]) | behind).any())
 
 
 def _crossing(
