@@ -125,6 +125,7 @@ def test_a_refusal_is_told_until_the_button_is_pressed_again(caretaker):
     tune = {"step": "tune", "done": False, "refused": "", "profile": "3.1"}
     relay = {"step": "relay", "done": False, "refused": ""}
     failed = {"step": "tune", "ok": False, "reason": "first_let_go", "detail": ""}
+    status = page.locator(".first li[data-open=true] .status-text")
 
     def now(refused: str = "", **run) -> str:
         """Set the host's answer from now on; returns what the page tells after three of them."""
@@ -133,7 +134,7 @@ def test_a_refusal_is_told_until_the_button_is_pressed_again(caretaker):
         for _ in range(3):
             caretaker.advance(600)
             caretaker.answered()
-        return page.locator(".first li[data-open=true] .status-text").inner_text()
+        return status.inner_text()
 
     def refused(reason: str) -> None:
         host.say({"k": "refused", "what": "step", "reason": reason, "detail": ""})
@@ -141,8 +142,8 @@ def test_a_refusal_is_told_until_the_button_is_pressed_again(caretaker):
 
     page.locator("#tab-settings").click()
     page.locator("#tab-first").click()
-    now()
-    caretaker.wait_until(lambda: caretaker.advance(600) or page.locator(".first li").count(), "it")
+    host.replies["GET /first-drive"] = 200, {"steps": [tune, relay], "run": RUN}
+    caretaker.wait_until(lambda: caretaker.advance(600) or status.count(), "the steps")
     assert now(ended=failed).startswith("Gestopt.")
     button = page.locator(".first li[data-open=true] button.held")
     button.hover()
