@@ -49,6 +49,7 @@ def test_a_mirror_is_found_and_nothing_else_is_taken_for_one() -> None:
         pytest.param(6, id="at its end nothing is seen"),
         pytest.param(14, id="few beams cross a bin, and some of them match nothing"),
         pytest.param(55, id="some furniture is seen in it only"),
+        pytest.param(41, id="much of what it shows is seen in no other way"),
         pytest.param(76, id="it shows little but walls at right angles to it"),
     ],
 )

@@ -1,9 +1,10 @@
 """Finds mirrors along the walls of a finished map, and removes the rooms seen in them.
 
 A mirror shows the room in front of it, reflected at the mirror's line: a piece of a line is a
-mirror if nearly all beams that cross it, reflected there, end on known surfaces in front of it. A
-doorway is none: the chair has driven through it, or the room behind is another one. Nor is the
-middle of a symmetrical room: what is behind it is also seen past it.
+mirror if nearly all beams that cross it, reflected there, end on known surfaces in front of it, or
+on what only the mirror shows: the far side of furniture. A doorway is none: the chair has driven
+through it, or the room behind is another one. Nor is the middle of a symmetrical room: what is
+behind it is also seen past it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from gazechair.base.arrays import BoolArray, FloatArray, IntArray
 from gazechair.base.poses import to_frame
 from gazechair.sensing.mapping.building.mapper import KeyScan
-from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, marked
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, along_beams, marked
 
 _MOST_BEAMS = 60_000  # looked at
 _LINE_M = 0.025  # from one line to the next
@@ -30,7 +31,8 @@ _DEEP_M = 0.4  # average depth of the room behind: less is a niche, or something
 _SPREAD_M = 0.4  # of the depths: a single wall may lie as far behind as another does in front
 _LEAST_BEAMS = 60
 _OFF_M = 0.15  # from a line to those beside it
-_TELLS, _AGAINST = 0.1, 2.5  # of the beams match only at it; the more, the more match nowhere
+_TELLS, _AGAINST = 0.1, 2.5  # of the beams match only at it; the more, the more cannot be
+_CLOSE_M = 0.1  # to a beam's end: what is this near is not in its way
 _WALL_M, _WALL_SHARE = 0.35, 0.6  # this far from an end, a wall continues or nothing is seen
 _BEHIND_WALL_M = 0.0, 0.1  # a mirror hangs before its wall
 _WIDER_M = 0.1  # than what was found
@@ -48,6 +50,11 @@ class Mirror:
     high_m: float
     side: int
     beams: int
+
+    def at(self, along: FloatArray, behind_m: float = 0.0) -> FloatArray:
+        """(N, 2): these places of its line, or behind it."""
+        across = np.full(len(along), self.at_m - self.side * behind_m)
+        return np.stack((across, along) if self.axis == 0 else (along, across), axis=1)
 
     def crossed(self, starts_m: FloatArray, ends_m: FloatArray) -> BoolArray:
         """(N,): which beams cross it."""
@@ -76,12 +83,7 @@ def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
     every = max(1, len(ends) // _MOST_BEAMS)
     starts, ends = starts[::every], ends[::every]
     track = np.array([key.pose[:2] for key in keys])
-    # Something that was moved since is in the mirror, too; what it hangs on was not moved.
-    known, walls = (
-        _Known(cells, grid.low_m, grid.cell_m)
-        for cells in (grid.hits >= _LEAST_HITS, grid.occupied)
-    )
-    seen = _Seen(starts, ends, track, known, walls)
+    seen = _Seen(starts, ends, track, grid)
     candidates: list[Mirror] = []
     for axis in (0, 1):
         low, high = ends[:, axis].min(), ends[:, axis].max()
@@ -98,9 +100,11 @@ def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
 class _Known:
     """Tells whether a place lies on one of the cells, or near it."""
 
-    def __init__(self, cells: BoolArray, low_m: FloatArray, cell_m: float) -> None:
+    def __init__(
+        self, cells: BoolArray, low_m: FloatArray, cell_m: float, near_m: float = _NEAR_M
+    ) -> None:
         """`cells`: (nx, ny) of `cell_m`; (0, 0) begins at `low_m`."""
-        reach = round(_NEAR_M / cell_m)
+        reach = round(near_m / cell_m)
         wide = np.pad(cells, reach)
         near = np.zeros(wide.shape, dtype=bool)
         for di in range(-reach, reach + 1):
@@ -115,19 +119,32 @@ class _Known:
         return marked(self._near, cells)
 
 
-@dataclass(frozen=True)
 class _Seen:
-    """What the key scans saw."""
+    """What the key scans saw: from `starts` to `ends`, from the chair's places on `track`."""
 
-    starts: FloatArray
-    ends: FloatArray
-    """Of their beams."""
-    track: FloatArray
-    """(N, 2): where the chair was."""
-    known: _Known
-    """Surfaces, at any time."""
-    walls: _Known
-    """Those that have not moved."""
+    def __init__(
+        self, starts: FloatArray, ends: FloatArray, track: FloatArray, grid: OccupancyGrid
+    ) -> None:
+        self.starts, self.ends, self.track = starts, ends, track
+        place = grid.low_m, grid.cell_m
+        # Something that was moved since is in the mirror, too; what it hangs on was not moved.
+        self.known, self.walls = (
+            _Known(grid.hits >= _LEAST_HITS, *place),
+            _Known(grid.occupied, *place),
+        )
+        self._stands, self._free = (
+            _Known(cells, *place, 0.0) for cells in (grid.occupied, grid.free)
+        )
+        self._cell_m = grid.cell_m
+
+    def cannot_be(self, from_m: FloatArray, to_m: FloatArray) -> BoolArray:
+        """(N,): which of these beams end where the floor is free, or have something in the way."""
+        beam, at = along_beams(from_m / self._cell_m, to_m / self._cell_m, _CLOSE_M / self._cell_m)
+        at *= self._cell_m
+        begun = np.hypot(*(at - from_m[beam]).T) > _CLOSE_M
+        ends = self._free.at(to_m)
+        ends[beam[begun & self._stands.at(at)]] = True
+        return ends
 
 
 def _on_line(axis: int, at_m: float, side: int, seen: _Seen) -> list[Mirror]:
@@ -151,7 +168,7 @@ def _on_line(axis: int, at_m: float, side: int, seen: _Seen) -> list[Mirror]:
         mirror = Mirror(axis, at_m, low_m, high_m, side, int(matched[inside].sum()))
         if not _hangs(mirror, seen.walls, along):
             continue
-        if not _matches_here(axis, behind[inside], matched[inside], seen.known):
+        if not _matches_here(mirror, along[inside], behind[inside], matched[inside], seen):
             continue
         if not _driven(mirror, seen.track) and _seen_past(mirror, seen) < _PAST:
             mirrors.append(mirror)
@@ -180,17 +197,24 @@ def _runs(bins: BoolArray) -> set[tuple[int, int]]:
     return set(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _matches_here(axis: int, behind: FloatArray, matched: BoolArray, known: _Known) -> bool:
+def _matches_here(
+    mirror: Mirror, along: FloatArray, behind: FloatArray, matched: BoolArray, seen: _Seen
+) -> bool:
     """Whether enough of what is behind the line, reflected at it, matches at this line only.
 
-    Walls at right angles to it match themselves when reflected at any line.
+    `along`, `behind`: where the beams cross the line, and their reflected ends. Walls at right
+    angles to it match themselves when reflected at any line.
     """
     beside = np.zeros(len(behind), dtype=bool)
     for off_m in (-_OFF_M, _OFF_M):
         moved = behind.copy()
-        moved[:, axis] += 2.0 * off_m
-        beside |= known.at(moved)
-    return bool((matched & ~beside).mean() >= max(_TELLS, _AGAINST * (~matched).mean()))
+        moved[:, mirror.axis] += 2.0 * off_m
+        beside |= seen.known.at(moved)
+    tells = (matched & ~beside).mean()
+    if tells < _TELLS:
+        return False
+    against = seen.cannot_be(mirror.at(along)[~matched], behind[~matched])
+    return bool(tells >= _AGAINST * against.sum() / len(behind))
 
 
 def _hangs(mirror: Mirror, walls: _Known, through: FloatArray) -> bool:
@@ -203,9 +227,7 @@ def _hangs(mirror: Mirror, walls: _Known, through: FloatArray) -> bool:
     for along in (mirror.low_m - beside, mirror.high_m + beside):
         wall = np.zeros(len(along), dtype=bool)
         for behind_m in _BEHIND_WALL_M:
-            at = np.full(len(along), mirror.at_m - mirror.side * behind_m)
-            places = np.stack((at, along) if mirror.axis == 0 else (along, at), axis=1)
-            wall |= walls.at(places)
+            wall |= walls.at(mirror.at(along, behind_m))
         seen = (np.abs(along[:, None] - through) < 0.5 * _BIN_M).any(axis=1)
         share.append(wall.mean())
         closed.append((wall | ~seen).mean())
