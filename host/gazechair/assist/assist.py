@@ -40,6 +40,7 @@ _FORGETS_S = 4.0  # time constant from where the driver pointed to the present h
 # What is not permitted for this long is given up for a while. A driver lets go after a second.
 _STUCK_S, _GIVES_UP_S = 0.8, 3.0
 _ANOTHER_S = 10.0  # not advised for so long, it is another press: their numbers return after 255
+_GAP_S = 0.3  # not advised for so long, the chair is elsewhere: what was chosen before is void
 # After a turn that the board refused, forward points aside: by how much, how soon, how long.
 _REFUSED_DEG, _REFUSED_S, _REFUSED_FORGETS_S = 25.0, 5.0, 15.0
 _OPENS_S = 0.5  # after a block ahead, until the board lets a standing chair begin
@@ -182,18 +183,20 @@ class Assist:
         points = self._returns.points_m(now_s)
         heading = self._returns.heading_deg(now_s)
         if points is None or heading is None or not self.permits.seen:
-            self._press = _Press(0, now_s)
             return None
-        if press != self._press.number or now_s - self._press.last_s > _ANOTHER_S:
+        before, gap_s = self._press, now_s - self._press.last_s
+        if press != before.number or gap_s > _ANOTHER_S:
             aside_deg = self._aside_deg(now_s)
             forgets_s = _REFUSED_FORGETS_S if aside_deg else _FORGETS_S
             self._press = _Press(press, now_s, heading + aside_deg, forgets_s)
+        elif gap_s > _GAP_S:
+            self._press = _Press(press, now_s, before.pointed_deg, before.forgets_s)
         self._straight_m = self._ways.straight_m(points)
         dt_s, self._press.last_s = min(0.2, now_s - self._press.last_s), now_s
         self._press.pointed_deg += (
             (heading - self._press.pointed_deg) * dt_s / self._press.forgets_s
         )
-        before = None if self._press.way is None else self._seen_from(heading)
+        way = None if self._press.way is None else self._seen_from(heading)
         pointed_rad = math.radians(self._press.pointed_deg - heading)
         if self._press.spot is not None:
             advice = self._turn_on_the_spot(heading, now_s, dt_s)
@@ -216,8 +219,8 @@ class Assist:
             self._press.shut_s = now_s
         shut = now_s - self._press.shut_s < _SHUT_S
         if self._person:
-            before = None  # it led to that person
-        self._press.way = self._ways.choose(points, pointed_rad, before, turns_deg, shut, share)
+            way = None  # it led to that person
+        self._press.way = self._ways.choose(points, pointed_rad, way, turns_deg, shut, share)
         self._press.chosen_deg = heading
         return self._drive(self._press.way, now_s, dt_s)
 

@@ -40,7 +40,8 @@ class Advisor:
         self._message = Message()
         self._turned = 0  # side of a turn that was active since the last decision
         self._heading_known = True  # by the newest motion
-        self._straight = 0  # press in which the board permits no turn: its heading was lost
+        self._straight = 0  # press not to steer: its heading was lost, or its beginning not seen
+        self._informed = False  # True once the daemon has sent a message
 
     @property
     def is_active(self) -> bool:
@@ -56,7 +57,9 @@ class Advisor:
         if message.zone != self._message.zone:
             self._assist.permits.zone = zone
         self._message = message
-        if message.turns or message.press not in (0, self._straight):
+        if not self._informed:
+            self._informed, self._straight = True, message.press
+        elif message.turns or message.press not in (0, self._straight):
             self._straight = 0  # that press is over, and another one will have its number
         self._no_turns_without_heading()
         self._turned = message.turns or self._turned

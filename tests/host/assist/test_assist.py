@@ -338,3 +338,30 @@ def test_a_press_with_the_number_of_one_long_ago_does_not_point_where_that_one_d
     assist.see(0, half(door_room(-0.45, 0.45), 60.09, -90.0))
     assist.advise(9, 60.1)
     assert assist._press.pointed_deg == 90.0
+
+
+def late_lidar(assist, asked):
+    """The chair is turned by 30 degrees, then no lidar is seen for half a second, until 1.9 s."""
+    assist.advise(1, 1.1)
+    assist._press.spot = _Spot(40.0, 1.1)
+    for k in range(80):
+        assist.motion(Motion(1.11 + 0.01 * k, min(30.0, 1.0 + k), 0, 300))
+    assert not asked or assist.advise(1, 1.5) is None
+    assist.see(0, half(door_room(-0.2, 0.7), 1.85, 90.0))
+    assist.see(0, half(door_room(-0.2, 0.7), 1.9, -90.0))
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_a_gap_in_what_a_lidar_sees_does_not_change_where_the_driver_points(asked):
+    assist = before_a_door(0.25)
+    late_lidar(assist, asked)
+    assert assist.advise(1, 1.9) is not None
+    assert assist._press.pointed_deg < 10.0
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_after_such_a_gap_no_turn_on_the_spot_goes_on_that_was_chosen_before_it(asked):
+    assist = before_a_door(0.25)
+    late_lidar(assist, asked)
+    assist.advise(1, 1.9)
+    assert assist._press.spot is None

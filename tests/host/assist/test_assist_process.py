@@ -112,6 +112,7 @@ def advisor(**message: object) -> Advisor:
     """An advisor that knows its surroundings at 10.0 s."""
     argument = {"lidars": [vars(LIDAR)], "footprint": vars(FootprintConfig())}
     made = Advisor(json.loads(json.dumps(argument)))
+    made.take_message(pack(Message()))
     clearance = Clearance(0, codes.SIMULATED, 10.0)
     made.take_message(
         pack(Message(**{"on": True, "zone": ZONE, "clearance": clearance, **message}))
@@ -193,6 +194,17 @@ def test_the_number_of_a_press_that_had_lost_its_heading_serves_again(
     pressed(one, 0, 10.25)
     pressed(one, 9, 10.25)  # 255 presses later
     assert one.report(10.25)[1] == 9
+
+
+def test_a_new_process_steers_no_press_that_began_before_it() -> None:
+    # It does not know where that press pointed, and how far the chair has turned since.
+    argument = {"lidars": [vars(LIDAR)], "footprint": vars(FootprintConfig())}
+    one = Advisor(json.loads(json.dumps(argument)))
+    pressed(one, 9, 10.0)
+    moved(one, AFTER, 10.0)
+    assert one.report(10.15) == [True, 0, 0, 0, False, False, 10.15]
+    pressed(one, 10, 10.15)
+    assert one.report(10.15)[:2] == [True, 10]
 
 
 def test_a_lost_heading_counts_however_late_it_is_read() -> None:
