@@ -48,6 +48,7 @@ _PERSON_M = 0.45  # blocked although this much is free: because of a possible pe
 _FREE_M, _BESIDE_DEG = 0.8, 20.0  # between posts: more than this ahead, less than this to turn
 _ENTERS_M = 0.3  # between posts with a small aim error: no turn helps if more than this is free
 _SHUT_M, _SHUT_S = 0.175, 0.8  # nearer, the board lets nothing begin; assumed for this long
+_SWINGS = 2  # there it turns to and fro so often at most
 # Narrow place: how far off its middle it stops to aim, how much farther on again, where last.
 _MIDDLE_M, _AIMS_AGAIN_M, _LAST_AIM_M = 0.025, 0.15, 0.2
 _NOISE_M, _LIDAR_M = 0.01, 0.022  # room beside the outline, and beside a lidar in front
@@ -117,6 +118,9 @@ class _Press:
     """When a turn on the spot last ended."""
     shut_s: float = -math.inf
     """When the board last let nothing begin straight ahead."""
+    shut_side: int = 0
+    swings: int = 0
+    """Since then: the side to which it turned, 1 left, -1 right; how often it turned back."""
     waits_s: float = 0.0
     """For how long what it wants has not been permitted."""
     sticks_s: float = 0.0
@@ -206,6 +210,8 @@ class Assist:
         self._closed = now_s - self.permits.shut_s < _OPENS_S
         self._person = self._closed and self._straight_m > _PERSON_M
         shut = self.permits.forward_m < _SHUT_M and not self._person
+        if not shut:
+            self._press.shut_side = self._press.swings = 0
         turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
         place = None if shut else narrow(points, self._front_m, self._needs_m)
         if place is not None and abs(place.aim_rad - pointed_rad) < share * FROM_POINTED_RAD:
@@ -297,8 +303,11 @@ class Assist:
                 return advice
             if not needed or abs(aim_deg) <= _LEAST_SPOT_DEG:
                 return self._straight_on(dt_s)
-        if not self.permits.may_turn(1 if aim_deg > 0.0 else -1):
+        side = 1 if aim_deg > 0.0 else -1
+        swings = self._press.swings + (side == -self._press.shut_side)
+        if swings > _SWINGS or not self.permits.may_turn(side):
             return self._straight_on(dt_s)
+        self._press.shut_side, self._press.swings = side, swings
         self._press.turned_then = False
         heading = self._press.chosen_deg
         self._press.spot = _Spot(heading + aim_deg, now_s)
@@ -313,7 +322,8 @@ class Assist:
             return None
         turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
         fast = min(FULL, max(_SLOW, self.permits.linear_now + _FASTER))
-        for linear, some in ((fast, turn), (_SLOW, turn), (_SLOW, _least(turn))):
+        least = round(math.copysign(_LEAST_CURVE, turn))
+        for linear, some in ((fast, turn), (_SLOW, turn), (_SLOW, least)):
             if self.permits.both(linear, some):
                 self._press.waits_s = self._press.sticks_s = 0.0
                 return Advice(linear, some, True)
@@ -388,7 +398,3 @@ class Assist:
 def _output(error_deg: float, per_deg: float, least: int, most: int) -> int:
     size = min(MOST_TURN, most, max(least, _DEADBAND + round(per_deg * abs(error_deg))))
     return size if error_deg > 0.0 else -size
-
-
-def _least(turn: int) -> int:
-    return _LEAST_CURVE if turn > 0 else -_LEAST_CURVE

@@ -1,6 +1,7 @@
 """Assist's advice: only with fresh scans, heading and clearance, and towards the free way."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -232,6 +233,22 @@ def test_where_a_curve_is_shut_it_stops_to_turn_only_by_what_a_chair_can_turn(ai
     way = Way(math.radians(aim_deg), 0.5, 0.0, 1.0)
     assist._drive(way, 1.1, 0.05)
     assert (assist._press.spot is not None) == turns
+
+
+@pytest.mark.parametrize(("ahead_m", "forward_mm", "swings"), [(0.85, 50, 2), (1.85, 1000, 11)])
+def test_before_a_wall_it_turns_to_and_fro_only_a_few_times(ahead_m, forward_mm, swings):
+    assist = before_a_door(0.0, ahead_m, 0.3)
+    free = {"left_q4_deg": 4000, "right_q4_deg": 4000, "arcs": (0,) * len(ALL_FAR)}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=forward_mm, **free)
+    turned = []
+    for k in range(12):
+        aim_rad = math.radians(10.0 * (-1) ** k)
+        assist._ways.choose = lambda *_, aim_rad=aim_rad: Way(aim_rad, 0.0, aim_rad, 0.05)
+        assist.advise(1, 1.09 + 0.001 * k)
+        if assist._press.spot is not None:
+            turned.append(assist._press.spot.to_deg)
+        assist._press.spot = None
+    assert sum(one != other for one, other in pairwise(turned)) == swings
 
 
 @pytest.mark.parametrize(("forward_mm", "goes_on"), [(200, False), (400, True)])
