@@ -45,6 +45,7 @@ _GAP_S = 0.3  # not advised for so long, the chair is elsewhere: what was chosen
 _REFUSED_DEG, _REFUSED_S, _REFUSED_FORGETS_S = 25.0, 5.0, 15.0
 _OPENS_S = 0.5  # after a block ahead, until the board lets a standing chair begin
 _PERSON_M = 0.45  # blocked although this much is free: because of a possible person
+_MORE_M = 0.15  # so much more is free than reported: nearer, too, because of a possible person
 _FREE_M, _BESIDE_DEG = 0.8, 20.0  # between posts: more than this ahead, less than this to turn
 _ENTERS_M = 0.3  # between posts with a small aim error: no turn helps if more than this is free
 _SHUT_M, _SHUT_S = 0.175, 0.8  # nearer, the board lets nothing begin; assumed for this long
@@ -275,9 +276,8 @@ class Assist:
             self._press.turned_then = True
             self._press.spot = _Spot(leg.then_deg, now_s)
         self._press.leg = None
-        if self._press.spot is None:
-            return None
-        return self._turn_on_the_spot(heading, now_s, dt_s)
+        turns = self._press.spot is not None
+        return self._turn_on_the_spot(heading, now_s, dt_s) if turns else None
 
     def _seen_from(self, heading_deg: float) -> Way:
         # The previous way, relative to the present heading.
@@ -340,7 +340,7 @@ class Assist:
             self._press.waits_s += dt_s
             if self._press.waits_s < _STUCK_S:
                 return self._wait()
-        elif self._person:
+        elif self._person or (self._closed and self._straight_m > self.permits.forward_m + _MORE_M):
             return WAITS
         elif not self._may_roll() and self._press.waits_s < _STUCK_S:
             self._press.waits_s += dt_s

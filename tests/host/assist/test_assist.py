@@ -134,6 +134,24 @@ def test_before_what_may_be_a_person_it_asks_for_nothing_and_goes_on_when_it_may
     assert not requested[-1].waits
 
 
+@pytest.mark.parametrize(("forward_mm", "waits"), [(0, True), (200, False)])
+def test_near_something_it_waits_if_a_possible_person_blocks_not_if_that_thing_is_too_near(
+    forward_mm, waits
+):
+    assist = before_a_door(0.0, 1.0, 0.3)
+    requested = []
+    for k in range(30):  # longer than the board would be left to end the press
+        now_s = 1.1 + 0.05 * k
+        beside = {"left_q4_deg": 32, "right_q4_deg": 32}
+        assist.permits.clearance = Clearance(0, codes.REAL, now_s, forward_mm=forward_mm, **beside)
+        assist.motion(Motion(now_s, 0.0, 0, 0))
+        assist.see(0, half(door_room(-0.15, 0.15, 1.0), now_s, 90.0 if k % 2 else -90.0))
+        requested.append(assist.advise(1, now_s))
+    assert 0.15 < assist._straight_m < 0.45
+    assert all(one.waits == waits for one in requested)
+    assert (requested[-1].linear_permille == 0) == waits
+
+
 def test_in_a_door_with_the_frame_beside_a_corner_it_goes_on_and_does_not_turn():
     assist = before_a_door(0.07, 1.2)
     beside = {"left_q4_deg": 4000, "right_q4_deg": 32}
