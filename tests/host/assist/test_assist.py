@@ -145,11 +145,10 @@ def test_near_something_it_waits_if_a_possible_person_blocks_not_if_that_thing_i
         beside = {"left_q4_deg": 32, "right_q4_deg": 32}
         assist.permits.clearance = Clearance(0, codes.REAL, now_s, forward_mm=forward_mm, **beside)
         assist.motion(Motion(now_s, 0.0, 0, 0))
-        assist.see(0, half(door_room(-0.15, 0.15, 1.0), now_s, 90.0 if k % 2 else -90.0))
+        assist.see(0, half(door_room(-0.15, 0.15, 1.0), now_s, -90.0 if k % 2 else 90.0))
         requested.append(assist.advise(1, now_s))
     assert 0.15 < assist._straight_m < 0.45
     assert all(one.waits == waits for one in requested)
-    assert (requested[-1].linear_permille == 0) == waits
 
 
 def test_in_a_door_with_the_frame_beside_a_corner_it_goes_on_and_does_not_turn():
