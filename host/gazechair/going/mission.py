@@ -185,11 +185,13 @@ class Mission:
         self._look_ahead(pose, now_s)
         most_m_s = speed_within(self._free_m)
         stick = self._follower.step(pose, most_m_s, self._ahead.room_m, self._ahead.straight_m)
+        waits = self._free_m < 0.3
         if self._planning.busy or self._wants_plan:
             if not (self._follower.arrived or self._follower.lost_path):
-                return self._recovery.meanwhile(stick, now_s)
-            if self.state == DRIVING and self._path_to != self.goal:
-                self.state = PLANNING  # the path to the goal before has ended
+                verdict = self._recovery.meanwhile(at.pose, stick, put_out, waits, now_s)
+                return self._obey(verdict, at.pose, now_s)
+            if self._path_to != self.goal:  # the path to the goal before has ended
+                self.state, self.reason = PLANNING, ""
             return STOP
         if self._follower.arrived:
             if self._nearer < _NEARER and self._gap_m(pose) > ARRIVED_M:
@@ -202,7 +204,6 @@ class Mission:
             self._ask_plan()
             return STOP
         stick = STOP if self._follower.turns_on_spot and self._free_m < 0.05 else stick
-        waits = self._free_m < 0.3
         verdict = self._recovery.step(self.planner, at.pose, stick, put_out, waits, now_s)
         return self._obey(verdict, at.pose, now_s)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +42,10 @@ class Verdict:
 
 
 class Recovery:
-    """Of one mission. Call `put_out` in each period, `step` in those in which it may drive."""
+    """Of one mission. Call `put_out` in each period.
+
+    In those in which it may drive, call `step`, or `meanwhile` while a plan is awaited.
+    """
 
     def __init__(
         self, costmap: Costmap, obstacles: ObstacleLayer, follower: Follower, rolled: Rolled
@@ -65,6 +69,7 @@ class Recovery:
     def moves(self) -> None:
         """Nothing has been requested in vain so far."""
         self._stuck = Stuck()
+        self._awaits: Stuck | None = None
 
     def in_the_way(self, pose: Pose) -> str:
         """Reason to report: PERSON if somebody walks nearby, else OBSTACLE."""
@@ -86,9 +91,22 @@ class Recovery:
         """Another path is driven from now on."""
         self._overruled.another_path()
 
-    def meanwhile(self, stick: Stick, now_s: float) -> Stick:
-        """What to request of `stick` while a plan is awaited."""
-        return stick if self._rolls or self._overruled.asks_meanwhile(now_s) else STOP
+    def meanwhile(
+        self, pose: Pose, stick: Stick, put_out: Stick, waits: bool, now_s: float
+    ) -> Verdict:
+        """The same as `step` while a plan is awaited: nothing is given up before it is there."""
+        turns, moved = self._follower.turns_on_spot, None
+        stuck = self._awaits or copy(self._stuck)
+        if stuck.elsewhere(self._rolled.pose):
+            moved = ""
+            stuck = Stuck(self._rolled.pose, turns)
+        elif stick != STOP and turns != stuck.turns:
+            stuck = Stuck(self._rolled.pose, turns)
+        stuck.count(self.requested != STOP or waits, put_out, now_s)
+        self._awaits = stuck
+        asks = self._rolls or self._overruled.asks_meanwhile(now_s)
+        reason = self._reason(stuck, stuck.for_s(now_s), pose, moved)
+        return Verdict(stick if asks else STOP, reason=reason)
 
     @property
     def _rolls(self) -> bool:
@@ -100,6 +118,7 @@ class Recovery:
     ) -> Verdict:
         """What to request, who wants `stick`; `waits`: before something that is in the way."""
         turns, moved = self._follower.turns_on_spot, None
+        self._awaits = None
         if self._stuck.elsewhere(self._rolled.pose):
             moved = ""
             self._stuck = Stuck(self._rolled.pose, turns)
@@ -115,12 +134,16 @@ class Recovery:
         early_rad = None if turns or waits else self._follower.early_turn_rad(pose)
         if early_rad is not None and planner.turns_freely(pose, early_rad):
             return Verdict(STOP, END_LEG, moved)
-        reason = moved
-        if for_s > _SAYS_S:
-            reason = STANDS if self._stuck.let_out else self.in_the_way(pose)
+        reason = self._reason(self._stuck, for_s, pose, moved)
         if self._rolls:
             return Verdict(ask, reason=reason)
         return self._refused(pose, ask, for_s, reason)
+
+    def _reason(self, stuck: Stuck, for_s: float, pose: Pose, moved: str | None) -> str | None:
+        """Reason to report after `for_s` in vain."""
+        if for_s <= _SAYS_S:
+            return moved
+        return STANDS if stuck.let_out else self.in_the_way(pose)
 
     def _idles(self, moved: str | None) -> Verdict:
         """A path requests nothing."""

@@ -9,10 +9,11 @@ from concurrent.futures import Future
 import pytest
 
 from gazechair.going.follow import STOP, Stick
-from gazechair.going.mission import ARRIVED
+from gazechair.going.mission import ARRIVED, DRIVING, WAITING, at_once
 from gazechair.going.pace import PERIOD_S
 from gazechair.going.plan import Pose
 from gazechair.going.planning import Planned
+from gazechair.going.recovery import OBSTACLE
 from gazechair.going.stuck import Overruled
 from goingrig import GoingChair, floor
 
@@ -86,6 +87,37 @@ def test_what_is_refused_is_requested_for_moments_while_a_plan_is_computed(goal:
     jobs[0][1].set_result(jobs[0][0]())
     chair.step()
     assert all(chair.step() == STOP != chair.asked for _ in range(10))
+
+
+@pytest.mark.parametrize("goal", [(1.0, 2.0, math.pi), (7.5, 2.0, 0.0)], ids=["a turn", "a leg"])
+def test_what_is_refused_while_a_plan_is_computed_is_said(goal: Pose) -> None:
+    """However long the plan takes: before, the chair stood and "drove" without a reason."""
+    chair = GoingChair(floor((), HALL), (1.5, 2.0, 0.0))
+    chair.mission.go((8.5, 2.0, 0.0))
+    chair.run(5.0)
+    jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
+
+    def later(job: Callable[[], Planned]) -> Future[Planned]:
+        jobs.append((job, Future()))
+        return jobs[-1][1]
+
+    chair.mission.submit, chair.refuses = later, True
+    chair.mission.go(goal)
+    stood_s = 0.0
+    while chair.mission.state != WAITING:
+        chair.step()
+        stood_s += PERIOD_S * (chair.chair.speed_m_s == 0.0)
+        assert stood_s < 1.5
+    for _ in range(round(6.0 / PERIOD_S)):
+        chair.step()
+        assert (chair.mission.state, chair.mission.reason) == (WAITING, OBSTACLE)
+    chair.refuses = False
+    chair.run(2.5)
+    assert (chair.mission.state, chair.mission.reason) == (DRIVING, "")
+    chair.mission.submit = at_once
+    for job, made in jobs:
+        made.set_result(job())
+    assert chair.run(90.0) == ARRIVED
 
 
 def test_while_a_plan_is_computed_another_path_is_requested_at_once() -> None:
