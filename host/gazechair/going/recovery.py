@@ -129,21 +129,21 @@ class Recovery:
             self._stuck = Stuck(self._rolled.pose, turns)
         for_s = self._stuck.for_s(now_s)
         ask = stick if self._overruled.asks(0.0 if self._rolls else for_s, now_s) else STOP
+        reason = self._reason(self._stuck, for_s, pose, moved)
         if not for_s:
-            return Verdict(ask, reason=moved)
+            return Verdict(ask, reason=reason)
         early_rad = None if turns or waits else self._follower.early_turn_rad(pose)
         if early_rad is not None and planner.turns_freely(pose, early_rad):
             return Verdict(STOP, END_LEG, moved)
-        reason = self._reason(self._stuck, for_s, pose, moved)
         if self._rolls:
             return Verdict(ask, reason=reason)
         return self._refused(pose, ask, for_s, reason)
 
     def _reason(self, stuck: Stuck, for_s: float, pose: Pose, moved: str | None) -> str | None:
         """Reason to report after `for_s` in vain."""
-        if for_s <= _SAYS_S:
-            return moved
-        return STANDS if stuck.let_out else self.in_the_way(pose)
+        if stuck.let_out:
+            return STANDS
+        return self.in_the_way(pose) if for_s > _SAYS_S else moved
 
     def _idles(self, moved: str | None) -> Verdict:
         """A path requests nothing."""

@@ -8,7 +8,7 @@ import pytest
 
 from gazeboard.core.limits import AUTO_OVERRULED_MS
 from gazechair.going.follow import STOP, Stick
-from gazechair.going.mission import ARRIVED, BLOCKED, LIMIT
+from gazechair.going.mission import ARRIVED, BLOCKED, LIMIT, WAITING
 from gazechair.going.pace import PERIOD_S
 from gazechair.going.recovery import STANDS
 from gazechair.going.stuck import Overruled, Stuck
@@ -112,6 +112,21 @@ def test_a_chair_that_stands_though_nothing_is_in_the_way_says_so(
         assert chair.now_s < 30.0
     assert silent_most_s < 10.0
     assert {reason for _, reason in said} == {"", STANDS}
+    assert chair.mission.reason == STANDS
+
+
+def test_output_that_moves_no_chair_is_said_before_it_is_tried_again() -> None:
+    """Three seconds of it; in the whole chair it was said after the second try, 7 s later."""
+    chair = GoingChair(floor(TWO_ROOMS), START)
+    chair.mission.go(GOAL)
+    chair.run(4.0)
+    chair.jammed, output_s = True, 0.0
+    while chair.mission.state != WAITING:
+        chair.step()
+        stands = chair.chair.speed_m_s == 0.0
+        output_s += PERIOD_S * (stands and chair.stick != STOP)
+        assert output_s == 0.0 or chair.stick != STOP
+    assert output_s < 3.0
     assert chair.mission.reason == STANDS
 
 
