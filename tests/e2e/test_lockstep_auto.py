@@ -83,6 +83,18 @@ def test_p18_the_driver_looks_away(chair: Going) -> None:
     assert chair.host is not None
 
 
+def test_p18_another_driver_who_moves_on_their_page_does_not_supervise(chair: Going) -> None:
+    assert chair.host is not None
+    other = Page(chair.host, "driver")
+    chair.watchers.append(lambda: other.one_ms(chair.now_ms))
+    chair.run(200)
+    chair.until(lambda: chair.now_ms % 250 == 1, 250)
+    chair.looks = False
+    chair.watchers.append(lambda: other.look() if chair.now_ms % 250 == 0 else None)
+    chair.until(chair.neutral, SUPERVISION_MS + 1)
+    chair.stays_still(500)
+
+
 def test_p18_a_caretaker_watches_and_lets_go(chair: Going) -> None:
     assert chair.host is not None
     caretaker = Page(chair.host, "caretaker")

@@ -184,7 +184,8 @@ class Arbiter:
         if isinstance(message, Drive | UseMode):
             return self._drive(client, page, message, now_s, offered)
         if isinstance(message, Watch):
-            if self.tokens.fresh(message.proof, now_s):
+            watches = page.role == codes.CARETAKER or self._may_drive(client, page)
+            if watches and self.tokens.fresh(message.proof, now_s):
                 self._press.watch(page.role, self.tokens.proven_s(message.proof, now_s))
             return None
         if isinstance(message, Arm):

@@ -115,14 +115,17 @@ def test_supervision_is_only_ever_as_young_as_its_proof(auto: Auto) -> None:
     assert auto.arbiter.command.supervision(auto.now_s)[2] in (200, 201)
 
 
-def test_who_watches_is_a_driver_or_a_caretaker(auto: Auto) -> None:
-    for role, owner in (("caretaker", codes.CARETAKER), ("driver", codes.DRIVER)):
+def test_who_watches_is_a_caretaker_or_whoever_drives(auto: Auto) -> None:
+    """Not another driver: their page may lie open in another room."""
+    caretaker = auto.arbiter.connect("caretaker", auto.now_s)
+    for watching, owner in ((caretaker, codes.CARETAKER), (None, codes.DRIVER)):
         auto.go_on(0.3)
-        watching = auto.arbiter.connect(role, auto.now_s)
         auto.say(Watch(auto.token()), watching)
         assert auto.arbiter.command.watcher == owner
     before = auto.arbiter.command
     auto.go_on(0.3)
+    assert auto.say(Watch(auto.token()), auto.arbiter.connect("driver", auto.now_s)) is None
+    assert auto.arbiter.command.watched_s == before.watched_s
     refusal = auto.say(Watch(auto.token()), auto.arbiter.connect("viewer", auto.now_s))
     assert refusal is not None
     assert refusal.reason == "not_allowed"
