@@ -94,6 +94,11 @@ class ChairNumbers:
         """Whether outputs of `most` permille drive the chair straight on."""
         return min(self.linear_most, most) / 1000.0 > self.deadband
 
+    def moves_within(self, linear_m_s: float, rate: float, most: int) -> bool:
+        """Whether outputs of `most` permille move the chair as requested: on, or on the spot."""
+        on_spot = rate != 0.0 and linear_m_s == 0.0
+        return self.drives_within(most) if on_spot else self.rolls_within(most)
+
     def linear_permille(self, speed_m_s: float) -> int:
         """Output for a speed, forward positive; 0 below 0.01 m/s."""
         full = self.forward_m_s if speed_m_s > 0.0 else self.backward_m_s

@@ -134,6 +134,10 @@ class LineProducer(SpotProducer):
         shown = self._shown(pose)
         if request == STOP:
             return Output((0, 0), "waits", "line_hidden", shown)
+        if not self._numbers.moves_within(
+            request.linear_m_s, request.yaw_rad_s, sensed.cap_permille
+        ):
+            return Output((0, 0), "waits", LIMIT, shown)
         return Output(self._stick(request), "drives", "line_follows", shown)
 
     def _over(self, reason: str, state: MotionState = "ended") -> Output:

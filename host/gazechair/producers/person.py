@@ -83,9 +83,12 @@ class PersonProducer(Producer):
             return Output((0, 0), "waits", SIGHT_LOST)
         if not self._followed.fits:
             return Output((0, 0), "waits", NARROW)
-        if state is State.FOLLOWS and not self._numbers.rolls_within(sensed.cap_permille):
+        request = self._followed.request
+        if state is State.FOLLOWS and not self._numbers.moves_within(
+            request.linear_m_s, request.yaw_rad_s, sensed.cap_permille
+        ):
             return Output((0, 0), "waits", LIMIT)
-        return Output(self._stick(self._followed.request), _STATES[state], _REASONS[state])
+        return Output(self._stick(request), _STATES[state], _REASONS[state])
 
     def _made(self) -> PersonFollower:
         return PersonFollower(footprint=self.setup.footprint, submit=self.setup.thinker.submit)

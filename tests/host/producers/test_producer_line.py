@@ -12,6 +12,7 @@ from PIL import Image
 from e2e.picture_chair import CAMERA, EYE
 from gazechair.base.footprint import Footprint
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
+from gazechair.following.request import Request
 from gazechair.going.mission import LIMIT
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
@@ -94,6 +95,18 @@ def test_with_a_speed_cap_in_the_deadband_it_stands_and_says_so_until_it_is_rais
 ) -> None:
     assert chair.waits((320, 240)).state == "ready"
     chair.cap_permille = LOWEST_CAP_PERMILLE
+    sent = chair.drives((320, 240), steps=40)
+    assert (sent.stick, sent.state, sent.reason) == ((0, 0), "waits", LIMIT)
+    chair.cap_permille = 1000
+    assert chair.drives((320, 240)).state == "drives"
+
+
+def test_with_a_speed_cap_too_low_to_turn_to_the_line_it_stands_and_says_so(chair: Chair) -> None:
+    assert chair.waits((320, 240)).state == "ready"
+    follower = chair._producer._follower
+    assert follower is not None
+    follower.step = lambda *_: Request(0.0, 0.3)  # type: ignore[method-assign]
+    chair.cap_permille = 150
     sent = chair.drives((320, 240), steps=40)
     assert (sent.stick, sent.state, sent.reason) == ((0, 0), "waits", LIMIT)
     chair.cap_permille = 1000

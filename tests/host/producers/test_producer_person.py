@@ -39,6 +39,7 @@ class Chair:
         self.producer = PersonProducer(Setup(Footprint(), Path("none"), thinker=Inline()))
         self.now_s = 100.0
         self.person: float | None = 3.4
+        self.aside_m = 0.0  # to the left
         self.track = 1
         self.doubts: tuple[str, ...] = ()
         self.gap_m = math.inf  # between two pillars right before its front
@@ -59,7 +60,10 @@ class Chair:
         swing = 0.17 * math.sin(math.pi * self._way / 0.35)
         legs = []
         if self.person is not None:
-            legs = [(self.person + side * swing, side * 0.09, 0.055) for side in (1.0, -1.0)]
+            legs = [
+                (self.person + side * swing, self.aside_m + side * 0.09, 0.055)
+                for side in (1.0, -1.0)
+            ]
         if self.gap_m < math.inf:
             legs += [(0.9, side * (0.5 * self.gap_m + 0.2), 0.2) for side in (1.0, -1.0)]
         seen = rays.cast_discs(*here, angles, np.array(legs, dtype=np.float64).reshape(-1, 3))
@@ -192,6 +196,25 @@ def test_with_an_output_limit_in_the_deadband_it_stands_and_says_so(chair: Chair
     sent = [*chair.runs(3.0, -0.5), *chair.runs(2.6), *chair.runs(2.0, 0.4)]
     assert (sent[-1].stick, sent[-1].state, sent[-1].reason) == ((0, 0), "waits", LIMIT)
     assert {one.stick[0] for one in sent if one.stick is not None} == {0}
+
+
+def test_with_a_speed_cap_too_low_to_turn_to_the_person_it_says_so_until_it_is_raised(
+    chair: Chair,
+) -> None:
+    """Before, it requested a turn that moves no chair, and "followed"."""
+    chair.follows()
+    chair.runs(1.0)
+    chair.cap_permille = 150
+    for _ in range(20):
+        chair.aside_m += 0.8 * _HALF_S
+        chair.runs(2.0 * _HALF_S, -0.55)
+    sent = chair.runs(1.0)[-1]
+    assert (sent.stick, sent.state, sent.reason) == ((0, 0), "waits", LIMIT)
+    chair.cap_permille = 1000
+    sent = chair.runs(0.2)[-1]
+    assert sent.state == "drives"
+    assert sent.stick is not None
+    assert sent.stick[1] > 0
 
 
 def test_with_a_speed_cap_in_the_deadband_it_stands_and_says_so_until_it_is_raised(
