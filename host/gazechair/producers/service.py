@@ -20,7 +20,7 @@ from gazechair.driving.mode_context import ModeContext
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.plugins import value_checks
 from gazechair.plugins.child import LOST
-from gazechair.plugins.exchange import RECORDS_PER_S
+from gazechair.plugins.exchange import AUTO_LIFE_S, RECORDS_PER_S
 from gazechair.producers import exchange
 from gazechair.producers.contract import CHANGED
 from gazechair.producers.places import Target
@@ -64,6 +64,7 @@ class _Ride:
     begun_s: float
     record: exchange.Record | None = None
     received_s: float = 0.0
+    """When its newest value arrived that was still alive."""
     ended_s: float | None = None
     reason: str = ""
     removed: bool = False
@@ -312,7 +313,9 @@ class ProducerService(InboxService):
             if ride is not None and ride.ended_s is None:
                 value = ride.judge.take(record.value, record.state == "arrived")
                 if value.press == ride.number:
-                    ride.record, ride.received_s = record, self._clock()
+                    ride.record = record
+                    if self._clock() < value.born_s + AUTO_LIFE_S:
+                        ride.received_s = self._clock()
         self.health.set(states.OK)
 
     def _take_answer(self, record: exchange.Record) -> None:

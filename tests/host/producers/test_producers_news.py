@@ -77,12 +77,23 @@ class Chair:
         self._services[kind]._on_data(record)
         self._tick()
 
+    def gives(self, kind: str, late_s: float) -> None:
+        """A value that is so old when it arrives."""
+        born_s = self.now_s - late_s
+        record = exchange.pack(born_s, self._press, Output((200, 0), "drives"))
+        self._services[kind]._on_data(record)
+        self._tick()
+
+    def lets_go(self) -> None:
+        """The press is over."""
+        self._mode = ""
+        self._tick()
+
     def ends(self, kind: str, state: str, reason: str = "") -> None:
         """Its producer ends the motion."""
         record = exchange.pack(self.now_s, self._press, Output(None, state, reason))
         self._services[kind]._on_data(record)
-        self._mode = ""
-        self._tick()
+        self.lets_go()
 
     @property
     def news(self) -> tuple[str, ...] | None:
@@ -150,3 +161,15 @@ def test_under_the_caretakers_cap_the_curve_stays_the_same(chair: Chair, kind: s
     chair.goes(kind, (0, 679))
     # Profile 3.1 has a deadband of 56: both move it at 47 % of what was asked.
     assert chair.outputs == [(576, 130), (300, 91), (0, 300)]
+
+
+@pytest.mark.parametrize(("late_s", "reason"), [(0.1, "going_stopped"), (0.2, "going_failed")])
+def test_a_producer_whose_values_come_too_late_has_failed_and_nobody_has_stopped(
+    chair: Chair, late_s: float, reason: str
+) -> None:
+    """A value lives 150 ms (P17): later ones move nothing, so the press ends by itself."""
+    chair.goes("place")
+    for _ in range(15):
+        chair.gives("place", late_s)
+    chair.lets_go()
+    assert chair.news == ("place", "ended", reason)
