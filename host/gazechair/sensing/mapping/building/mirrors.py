@@ -90,10 +90,10 @@ def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
         for at_m in np.arange(low, high, _LINE_M).tolist():
             for side in (-1, 1):
                 candidates += _on_line(axis, at_m, side, seen)
+    candidates.sort(key=lambda mirror: -mirror.beams)
     chosen: list[Mirror] = []
-    for one in sorted(candidates, key=lambda mirror: -mirror.beams):
-        if not any(_same_wall(one, other) for other in chosen):
-            chosen.append(one)
+    while more := _not_seen_past(candidates, seen, chosen):
+        chosen += more
     return chosen
 
 
@@ -170,7 +170,7 @@ def _on_line(axis: int, at_m: float, side: int, seen: _Seen) -> list[Mirror]:
             continue
         if not _matches_here(mirror, along[inside], behind[inside], matched[inside], seen):
             continue
-        if not _driven(mirror, seen.track) and _seen_past(mirror, seen) < _PAST:
+        if not _driven(mirror, seen.track):
             mirrors.append(mirror)
     return mirrors
 
@@ -234,14 +234,35 @@ def _hangs(mirror: Mirror, walls: _Known, through: FloatArray) -> bool:
     return bool(max(share) >= _WALL_SHARE and min(closed) >= _WALL_SHARE)
 
 
-def _seen_past(mirror: Mirror, seen: _Seen) -> float:
-    """Share of what is seen through it that is also seen past it: there is no mirror, then."""
+def _not_seen_past(
+    candidates: Sequence[Mirror], seen: _Seen, chosen: Sequence[Mirror]
+) -> list[Mirror]:
+    """The candidates on other walls of which little is seen past them, one for each.
+
+    What the chosen mirrors show is seen past nothing: two on one wall may show the same.
+    """
+    shown = np.zeros(len(seen.ends), dtype=bool)
+    for mirror in chosen:
+        shown |= mirror.crossed(seen.starts, seen.ends)
+    more: list[Mirror] = []
+    for one in candidates:
+        alone = not any(_same_wall(one, other) for other in (*chosen, *more))
+        if alone and _seen_past(one, seen, shown) < _PAST:
+            more.append(one)
+    return more
+
+
+def _seen_past(mirror: Mirror, seen: _Seen, shown: BoolArray) -> float:
+    """Share of what is seen through it that is also seen past it: there is no mirror, then.
+
+    `shown`: (N,), what other mirrors show.
+    """
     through = mirror.crossed(seen.starts, seen.ends)
     cells = np.round(seen.ends / _NEAR_M).astype(np.int64)
     lowest = cells.min(axis=0)
     cells -= lowest
     past = np.zeros(cells.max(axis=0) + 1, dtype=bool)
-    past[tuple(cells[~through].T)] = True
+    past[tuple(cells[~through & ~shown].T)] = True
     near_past = _Known(past, (lowest - 0.5) * _NEAR_M, _NEAR_M)
     return float(near_past.at(seen.ends[through]).mean())
 
