@@ -17,10 +17,10 @@ from gazesim.homes import MIRROR, Home
 from gazesim.rooms import box
 
 
-def seen(number: int) -> tuple[Home, list[KeyScan], OccupancyGrid]:
+def seen(number: int, seed: int | None = None) -> tuple[Home, list[KeyScan], OccupancyGrid]:
     home = home_plans.home(number)
     home.people = ()
-    chance = np.random.default_rng(number)
+    chance = np.random.default_rng(number if seed is None else seed)
     keys = []
     for _ in range(60):
         pose = somewhere(home, chance)
@@ -62,6 +62,17 @@ def test_a_mirror_is_found_where_little_is_seen_of_its_wall(number: int) -> None
     assert low[axis] - 0.06 < mirror.at_m < high[axis] + 0.06
     assert low[1 - axis] - 0.1 < mirror.low_m < mirror.high_m < high[1 - axis] + 0.1
     assert outside_of(home, grid) > 10
+    assert outside_of(home, occupancy_of(without_mirrored(keys, grid))) == 0
+
+
+def test_two_mirrors_on_one_wall_that_show_the_same_room_are_both_found() -> None:
+    home, keys, grid = seen(84, seed=0)
+    true = sorted(
+        np.mean(solid.corners, axis=0)[0] for solid in home.solids() if solid.material == MIRROR
+    )
+    middles = sorted(0.5 * (one.low_m + one.high_m) for one in found(keys, grid))
+    assert middles == pytest.approx(true, abs=0.15)
+    assert outside_of(home, grid) > 100
     assert outside_of(home, occupancy_of(without_mirrored(keys, grid))) == 0
 
 
