@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gazemeasure import carmen_log
-from gazemeasure.home import alarms, odometry
+from gazemeasure.home import alarms, benchmark, odometry
 from gazemeasure.home import maps as home_maps
 from gazemeasure.home import process as home_process
 from gazemeasure.home import record as home_record
 from gazemeasure.home.drives import Driven, Job, drive
+from gazemeasure.home.faults import Drove
 from gazemeasure.home.localization import Counted
 from gazemeasure.home.maps import OFF_STEP_M, WALLS_M, Judged
+from gazemeasure.home.upkeep import Kept
 from gazemeasure.report import Report
 from gazemeasure.spread import Spread
 
@@ -87,16 +92,17 @@ def test_starts_on_record_are_not_run_again_and_are_counted(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "starts.json"
-    first = home_record.starts(run_once, range(1), file)
-    both = home_record.starts(run_once, range(2), file)
+    stored = replace(home_record.STARTS, file=file)
+    first = stored.each(run_once, range(1))
+    both = stored.each(run_once, range(2))
     assert both[0] == first[0]
     assert [one.wrong["moved"] for one in both] == [0, 1]
-    stored = json.loads(file.read_text())
-    assert stored["homes"] == 2
-    assert stored["kinds"]["as mapped"] == {"right": 18, "unknown": 2}
-    assert stored["kinds"]["moved"] == {"wrong": 1}
-    assert stored["claims in homes that are not on the map"] == 1
-    assert stored["noticed after, most, s"] == math.inf
+    summary = json.loads(file.read_text())
+    assert summary["homes"] == 2
+    assert summary["kinds"]["as mapped"] == {"right": 18, "unknown": 2}
+    assert summary["kinds"]["moved"] == {"wrong": 1}
+    assert summary["claims in homes that are not on the map"] == 1
+    assert summary["noticed after, most, s"] == math.inf
 
 
 def drive_once(job: Job) -> Driven:
@@ -113,8 +119,9 @@ def test_drives_on_record_are_not_run_again_and_are_counted(
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "drives.json"
     jobs = [Job(seed, 600.0, "one lidar") for seed in range(2)]
-    first = home_record.drives(drive_once, jobs[:1], file)
-    both = home_record.drives(drive_once, jobs, file)
+    stored = replace(home_record.DRIVES, file=file)
+    first = stored.each(drive_once, jobs[:1])
+    both = stored.each(drive_once, jobs)
     assert both[0] == first[0]
     assert [one.job for one in both] == jobs
     summary = json.loads(file.read_text())["one lidar"]
@@ -122,3 +129,36 @@ def test_drives_on_record_are_not_run_again_and_are_counted(
     assert summary["end error by way, most, %"] == 0.1
     assert summary["called stuck or pushed without cause"] == 1
     assert summary["homes with a doubled room"] == 2
+
+
+_OFF_M = Spread.of([0.01, math.inf], OFF_STEP_M)
+_RESULTS: dict[str, tuple[home_record.Stored[Any, Any], Any, Any]] = {
+    "foreign": (home_record.FOREIGN, ("drawn", 1), Counted(right={"drawn": 2})),
+    "faults": (home_record.FAULTS, ("bumped", 1), Drove(0, 5, 9, 0, math.inf, [0.01])),
+    "upkeep": (home_record.UPKEEP, 1, Kept(_OFF_M, _OFF_M, 3, 2, 1, 0, 0, 0)),
+    "alarms": (home_record.ALARMS, ("stuck", 1), math.inf),
+    "forward": (home_record.FORWARD, ("rnet", 1), (0.01, 1.2)),
+}
+
+
+def once(ran: Path, result: object, _job: object) -> object:
+    """The result; it fails when it runs again."""
+    ran.touch(exist_ok=False)
+    return result
+
+
+@pytest.mark.parametrize("part", _RESULTS)
+def test_what_is_on_record_is_the_result_and_is_not_measured_again(
+    part: str, tmp_path: Path
+) -> None:
+    stored, job, result = _RESULTS[part]
+    stored = replace(stored, file=tmp_path / "record.json")
+    run = partial(once, tmp_path / "ran", result)
+    assert stored.each(run, [job]) == [result]
+    assert stored.each(run, [job]) == [result]
+
+
+def test_each_part_of_the_benchmark_has_a_file_of_its_own() -> None:
+    parts = [stored.file for _, stored in benchmark._PARTS]
+    assert None not in parts
+    assert len(set(parts)) == len(parts)

@@ -36,6 +36,15 @@ from gazesim.home_drive import FRONT, Drive
 from gazesim.s2_frames import capsules
 
 _DENSE = 3200  # points a turn
+_PARTS = (
+    (drives, record.DRIVES),
+    (localization, record.STARTS),
+    (foreign, record.FOREIGN),
+    (faults, record.FAULTS),
+    (upkeep, record.UPKEEP),
+    (alarms, record.ALARMS),
+    (forward, record.FORWARD),
+)
 
 
 def measure(quick: bool) -> Report:
@@ -48,10 +57,8 @@ def measure(quick: bool) -> Report:
     with forked() as pool:
         each = partial(pool.map, chunksize=1)
         home_odometry.measure(report, quick, each)
-        drives.measure(report, quick, each if quick else record.drives)
-        localization.measure(report, quick, each if quick else record.starts)
-        for part in (foreign, faults, upkeep, alarms, forward):
-            part.measure(report, quick, each)
+        for part, stored in _PARTS:
+            part.measure(report, quick, each if quick else stored.each)
     _cost(report, 5.0 if quick else 30.0)
     home_process.measure(report, quick, _DENSE)
     return report

@@ -1,44 +1,54 @@
-"""What `gazechair measure home` keeps in docs/: starts.json and drives.json."""
+"""What `gazechair measure home` stores in docs/, part by part, so that it can be resumed."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from gazemeasure import on_record
-from gazemeasure.home import drives as home_drives
-from gazemeasure.home.drives import Driven, Job
+from gazemeasure.home import drives, upkeep
+from gazemeasure.home.drives import Driven
+from gazemeasure.home.faults import Drove
+from gazemeasure.home.forward import Found
 from gazemeasure.home.localization import Counted
+from gazemeasure.home.upkeep import Kept
 from gazemeasure.on_record import Record, Row
 from gazemeasure.pools import PROCESSES
 from gazemeasure.spread import together
 
-STARTS, DRIVES = on_record.file_of("starts.json"), on_record.file_of("drives.json")
+J = TypeVar("J")
+R = TypeVar("R")
+
 _HERE = Path(__file__).parent
 
 
-def starts(
-    run: Callable[[int], Counted], homes: Sequence[int], file: Path | None = STARTS
-) -> list[Counted]:
-    """The starts in each home; those without a row in the record are run, and stored there."""
-    of = _digest(file, "localization.py")
-    record = Record(file, of, asdict, lambda row: Counted(**row), _of_starts)
-    return record.gather({f"{home:03}": home for home in homes}, run, PROCESSES)
+@dataclass(frozen=True)
+class Stored(Generic[J, R]):
+    """One part's results: each is stored when it is there, and none is measured twice."""
+
+    file: Path | None
+    """None stores nothing."""
+    module: str
+    """The file beside this one that measures it: with all that it imports, it makes the digest."""
+    key: Callable[[J], str]
+    row: Callable[[R], Row]
+    result: Callable[[Row], R]
+    """The inverse of `row`."""
+    summary: Callable[[list[Row]], Row]
+
+    def each(self, run: Callable[[J], R], jobs: Sequence[J]) -> list[R]:
+        """The result of each job; those without a row in the file are run."""
+        of = "" if self.file is None else on_record.digest((_HERE / self.module,))
+        record = Record(self.file, of, self.row, self.result, self.summary)
+        return record.gather({self.key(job): job for job in jobs}, run, PROCESSES)
 
 
-def drives(
-    run: Callable[[Job], Driven], jobs: Sequence[Job], file: Path | None = DRIVES
-) -> list[Driven]:
-    """The result of each drive; those without a row in the record are run, and stored there."""
-    record = Record(file, _digest(file, "drives.py"), asdict, home_drives.kept, _of_drives)
-    keys = {f"{job.lidars} {job.seed:03} {job.seconds:.0f} s": job for job in jobs}
-    return record.gather(keys, run, PROCESSES)
-
-
-def _digest(file: Path | None, begins: str) -> str:
-    return "" if file is None else on_record.digest((_HERE / begins,))
+def _case(job: tuple[str, int]) -> str:
+    """The key of a kind and a seed."""
+    return f"{job[0]} {job[1]:03}"
 
 
 def _of_starts(rows: list[Row]) -> Row:
@@ -60,7 +70,7 @@ def _of_starts(rows: list[Row]) -> Row:
 def _of_drives(rows: list[Row]) -> Row:
     """The largest errors of each number of lidars, and what was reported without cause."""
     summary = {}
-    done = [home_drives.kept(row) for row in rows]
+    done = [drives.kept(row) for row in rows]
     for lidars in sorted({one.job.lidars for one in done}):
         mine = [one for one in done if one.job.lidars == lidars]
         summary[lidars] = {
@@ -77,3 +87,60 @@ def _of_drives(rows: list[Row]) -> Row:
             "a lidar called turned without cause": sum(one.turned for one in mine),
         }
     return summary
+
+
+def _counted(rows: list[Row]) -> Row:
+    return {"cases": len(rows)}
+
+
+STARTS = Stored[int, Counted](
+    on_record.file_of("starts.json"),
+    "localization.py",
+    "{:03}".format,
+    asdict,
+    lambda row: Counted(**row),
+    _of_starts,
+)
+DRIVES = Stored[drives.Job, Driven](
+    on_record.file_of("drives.json"),
+    "drives.py",
+    lambda job: f"{job.lidars} {job.seed:03} {job.seconds:.0f} s",
+    asdict,
+    drives.kept,
+    _of_drives,
+)
+FOREIGN = Stored[tuple[str, int], Counted](
+    on_record.file_of("foreign.json"),
+    "foreign.py",
+    _case,
+    asdict,
+    lambda row: Counted(**row),
+    _counted,
+)
+FAULTS = Stored[tuple[str, int], Drove](
+    on_record.file_of("faults.json"),
+    "faults.py",
+    _case,
+    asdict,
+    lambda row: Drove(**row),
+    _counted,
+)
+UPKEEP = Stored[int, Kept](
+    on_record.file_of("upkeep.json"), "upkeep.py", "{:03}".format, asdict, upkeep.of_row, _counted
+)
+ALARMS = Stored[tuple[str, int], float](
+    on_record.file_of("alarms.json"),
+    "alarms.py",
+    _case,
+    lambda after_s: {"after_s": after_s},
+    lambda row: float(row["after_s"]),
+    _counted,
+)
+FORWARD = Stored[tuple[str, int], Found](
+    on_record.file_of("forward.json"),
+    "forward.py",
+    _case,
+    lambda found: {"step_off_m": found[0], "stopping_by_true": found[1]},
+    lambda row: (row["step_off_m"], row["stopping_by_true"]),
+    _counted,
+)

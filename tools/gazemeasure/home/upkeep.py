@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,8 +27,9 @@ from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.odometry.estimate import Estimate
 from gazemeasure.home.localization import is_right, look
-from gazemeasure.home.maps import WALLS_M, surfaces_off_m
-from gazemeasure.report import Report, percentile
+from gazemeasure.home.maps import OFF_STEP_M, WALLS_M, surfaces_off_m
+from gazemeasure.report import Report
+from gazemeasure.spread import Spread, together
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, REAR
 from gazesim.home_routes import Pose, Router
@@ -51,9 +53,9 @@ _ODOMETRY = 0.01  # error as a share of distance and turn
 class Kept:
     """The result for one home's map."""
 
-    added_off_m: FloatArray
+    added_off_m: Spread
     """Distances of added cells from the present surfaces."""
-    off_m: FloatArray
+    off_m: Spread
     """Distances of all occupied cells from present surfaces, or those at the time of mapping."""
     new: int
     """Added cells where an object stands now."""
@@ -72,15 +74,10 @@ class Kept:
 def measure(report: Report, quick: bool, each: Callable[..., list[Kept]]) -> None:
     """Add the rows; `each` maps a function over seeds, as a pool does."""
     done = each(kept, range(_HOMES_QUICK if quick else _HOMES))
-    off_m = np.concatenate([one.off_m for one in done])
-    report.add(
-        f"maps kept current ({len(done)} homes, {DRIVES} drives): walls, 95 %",
-        float(np.percentile(off_m, 95)),
-        "m",
-        WALLS_M,
-    )
-    added = np.concatenate([one.added_off_m for one in done]).tolist()
-    report.add("  what was added, 95 %", percentile(added, 0.95), "m", WALLS_M)
+    off_m, added_off_m = (_together_m(done, name) for name in ("off_m", "added_off_m"))
+    name = f"maps kept current ({len(done)} homes, {DRIVES} drives): walls, 95 %"
+    report.add(name, off_m, "m", WALLS_M)
+    report.add("  what was added, 95 %", added_off_m, "m", WALLS_M)
     old, left = sum(one.old for one in done), sum(one.left for one in done)
     gone = 100.0 * (1.0 - left / old) if old else math.nan
     report.add("  moved furniture: gone where it was", gone, "%", _LEAST_GONE, at_least=True)
@@ -89,6 +86,18 @@ def measure(report: Report, quick: bool, each: Callable[..., list[Kept]]) -> Non
     report.add("  cells of people who stood", float(sum(one.nothing for one in done)), "", 0.0)
     report.add("  cells changed after one drive", float(sum(one.early for one in done)), "", 0.0)
     report.add("  confidently wrong meanwhile", float(sum(one.wrong for one in done)), "", 0.0)
+
+
+def _together_m(done: list[Kept], name: str) -> float:
+    """Within what distance 95 percent of all homes' cells are, m; nan: there are none."""
+    spreads = [getattr(one, name) for one in done]
+    some = [one for one in spreads if one.count]
+    return together(some).percentile(95.0) if some else math.nan
+
+
+def of_row(row: dict[str, Any]) -> Kept:
+    """A result from its JSON row."""
+    return Kept(**{**row, **{name: Spread(**row[name]) for name in ("added_off_m", "off_m")}})
 
 
 def kept(seed: int, drives: int = DRIVES) -> Kept:
@@ -120,8 +129,8 @@ def kept(seed: int, drives: int = DRIVES) -> Kept:
         for one in (first, last)
     )
     return Kept(
-        off_m,
-        surfaces_off_m(last.occupied_m(), both),
+        Spread.of(off_m, OFF_STEP_M),
+        Spread.of(surfaces_off_m(last.occupied_m(), both), OFF_STEP_M),
         int((off_m < WALLS_M).sum()),
         int(was.sum()),
         int(left.sum()),
