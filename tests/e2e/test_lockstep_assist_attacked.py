@@ -10,7 +10,6 @@ import pytest
 from e2e.assisted import Assisted
 from e2e.test_lockstep_assist import FULL, MOST_TURN, NEUTRAL, hold
 from gazechair.board.zone import NOT_KNOWN
-from gazesim.lockstep_page import Page
 from gazesim.random_rooms import door_task
 from gazesim.rooms import Person, Room
 
@@ -83,9 +82,7 @@ def stop_and_vooruit_within_50_ms(chair: Assisted) -> None:
 
 
 def another_driver_presses(chair: Assisted) -> None:
-    assert chair.host is not None
-    other = Page(chair.host)
-    chair.watchers.append(lambda: other.one_ms(chair.now_ms))
+    other = chair.another_page()
     other.press("forward")
     chair.run(600)
     other.release()

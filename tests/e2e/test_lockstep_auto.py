@@ -9,7 +9,6 @@ import pytest
 from gazeboard.core import limits
 from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
-from gazesim.lockstep_page import Page
 from promises import END_TO_END, kept, measured
 
 pytestmark = pytest.mark.costly
@@ -84,9 +83,7 @@ def test_p18_the_driver_looks_away(chair: Going) -> None:
 
 
 def test_p18_another_driver_who_moves_on_their_page_does_not_supervise(chair: Going) -> None:
-    assert chair.host is not None
-    other = Page(chair.host, "driver")
-    chair.watchers.append(lambda: other.one_ms(chair.now_ms))
+    other = chair.another_page()
     chair.run(200)
     chair.until(lambda: chair.now_ms % 250 == 1, 250)
     chair.looks = False
@@ -96,9 +93,7 @@ def test_p18_another_driver_who_moves_on_their_page_does_not_supervise(chair: Go
 
 
 def test_p18_a_caretaker_watches_and_lets_go(chair: Going) -> None:
-    assert chair.host is not None
-    caretaker = Page(chair.host, "caretaker")
-    chair.watchers.append(lambda: caretaker.one_ms(chair.now_ms))
+    caretaker = chair.another_page("caretaker")
     chair.run(200)
     chair.looks = False
     for _ in range(20):
@@ -110,9 +105,7 @@ def test_p18_a_caretaker_watches_and_lets_go(chair: Going) -> None:
 
 
 def test_p19_no_bypass_helps_it(chair: Going) -> None:
-    assert chair.host is not None
-    caretaker = Page(chair.host, "caretaker")
-    chair.watchers.append(lambda: caretaker.one_ms(chair.now_ms))
+    caretaker = chair.another_page("caretaker")
     chair.run(200)
     caretaker._send_fresh(k="bypass", held=True, edge=1)
     ms = chair.until(chair.neutral, PATH_MS)

@@ -8,7 +8,6 @@ import pytest
 
 from gazesim.chair_rig import NEUTRAL
 from gazesim.lockstep_chair import Lockstep
-from gazesim.lockstep_page import Page
 
 pytestmark = pytest.mark.costly
 
@@ -17,10 +16,8 @@ class Caretaker:
     """A second page at the same chair, with a stick."""
 
     def __init__(self, chair: Lockstep) -> None:
-        assert chair.host is not None
         self.chair = chair
-        self.page = Page(chair.host, "caretaker")
-        chair.watchers.append(lambda: self.page.one_ms(chair.now_ms))
+        self.page = chair.another_page("caretaker")
         chair.run(60)  # it has heard the host
 
     def pull(self, linear: int, turn: int = 0) -> None:
@@ -137,8 +134,7 @@ def test_anyones_stop_ends_the_caretakers_driving(caretaker: Any) -> None:
 
 def test_a_viewer_stops_nothing(caretaker: Any) -> None:
     chair = caretaker.chair
-    viewer = Page(chair.host, "viewer")
-    chair.watchers.append(lambda: viewer.one_ms(chair.now_ms))
+    viewer = chair.another_page("viewer")
     chair.page.press("forward")
     chair.run(300)
     viewer.say(k="stop")

@@ -81,9 +81,7 @@ def ends(
 
 
 def test_a_speed_cap_too_low_to_turn_is_said_until_it_is_raised(chair: GoingChair) -> None:
-    assert chair.host is not None
-    caretaker = Page(chair.host, "caretaker")
-    chair.watchers.append(lambda: caretaker.one_ms(chair.now_ms))
+    caretaker = chair.another_page("caretaker")
     chair.run(100)
     caretaker.say(k="cap", permille=200)
     chair.run(100)
@@ -159,9 +157,7 @@ def test_a_lidar_that_dies_is_the_reason_until_it_measures_again(chair: GoingCha
 
 
 def test_people_end_it(chair: GoingChair) -> None:
-    assert chair.host is not None
-    caretaker = Page(chair.host, "caretaker")
-    chair.watchers.append(lambda: caretaker.one_ms(chair.now_ms))
+    caretaker = chair.another_page("caretaker")
     go(chair)
     causes: dict[str, Callable[[], None]] = {
         "Stop on the way to a place": lambda: chair.page.say(k="stop"),
@@ -212,9 +208,7 @@ def test_what_it_was_pressed_for_is_taken_away(chair: GoingChair) -> None:
 
 
 def test_another_goal_on_the_way_two_in_one_moment_and_another_driver(chair: GoingChair) -> None:
-    assert chair.host is not None
-    other = Page(chair.host, "driver")
-    chair.watchers.append(lambda: other.one_ms(chair.now_ms))
+    other = chair.another_page()
     go(chair)
     chair.page.choose(chair.tiles["Bed"])
     chair.until(lambda: chair.news["name"] == "Bed" and chair.news["state"] == "drives", 1000)

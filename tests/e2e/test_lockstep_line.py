@@ -16,7 +16,6 @@ from gazechair.following.line import LOST_S
 from gazechair.producers.places import Target
 from gazechair.producers.tiles import spots
 from gazesim.floor_view import Floor, distance_to_line_m
-from gazesim.lockstep_page import Page
 from gazesim.rooms import Person
 from promises import END_TO_END, measured
 
@@ -67,8 +66,7 @@ def test_follows_what_was_chosen_and_shown_to_its_end_by_the_truth(chair: OnTape
     seen = [chair.view.eye.pixel(x, 0.0) for x in (1.2, 1.8)]
     for u, v in np.array(seen) / (320, 240):
         assert np.hypot(*(shown - (u, v)).T).min() < 0.06
-    other = Page(chair.host, "driver")
-    chair.watchers.append(lambda: other.one_ms(chair.now_ms))
+    other = chair.another_page()
     chair.run(100)
     other.spot("follow-line", (0.5, 0.9))
     chair.run(PATH_MS)

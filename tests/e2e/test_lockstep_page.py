@@ -142,9 +142,7 @@ def test_p13_only_the_owner_moves(driving: Lockstep) -> None:
     driving.page.release()
     driving.until(driving.neutral, 3)
     driving.comes_to_rest()
-    assert driving.host is not None
-    other = Page(driving.host)
-    driving.watchers.append(lambda: other.one_ms(driving.now_ms))
+    other = driving.another_page()
     other.press("forward")
     driving.stays_still(500)
     other.arm()
@@ -155,9 +153,7 @@ def test_p13_only_the_owner_moves(driving: Lockstep) -> None:
 
 
 def test_p13_the_caretaker_takes_over_and_it_stops_first(driving: Lockstep) -> None:
-    assert driving.host is not None
-    caretaker = Page(driving.host, "caretaker")
-    driving.watchers.append(lambda: caretaker.one_ms(driving.now_ms))
+    caretaker = driving.another_page("caretaker")
     caretaker.take()
     neutral_ms = driving.until(driving.neutral, 10)
     measured(END_TO_END, "P13", "the caretaker takes over", neutral_ms, 4)

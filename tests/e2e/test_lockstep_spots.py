@@ -11,7 +11,6 @@ from e2e.picture_chair import EYE, PictureChair
 from e2e.test_lockstep_line import OnTape
 from e2e.test_lockstep_look import OnFloor
 from gazechair.sensing.inbox.inbox import HalfTurn
-from gazesim.lockstep_page import Page
 
 pytestmark = pytest.mark.costly
 
@@ -70,9 +69,7 @@ def test_moved_by_hand_right_after_the_look_it_is_gone(chair: PictureChair) -> N
 
 
 def test_somebodys_stop_is_newer_than_a_ga_that_was_longer_on_its_way(chair: PictureChair) -> None:
-    assert chair.host is not None
-    caretaker = Page(chair.host, "caretaker")
-    chair.watchers.append(lambda: caretaker.one_ms(chair.now_ms))
+    caretaker = chair.another_page("caretaker")
     assert looks(chair) == ""
     chair.page.delay_ms = 80
     chair.run(200)

@@ -23,7 +23,6 @@ from gazereplay.recording import Recording
 from gazereplay.replay import of_trace, replay
 from gazereplay.result import NoTrace
 from gazesim.chair_rig import LinkedChair
-from gazesim.lockstep_page import Page
 from recordedchair import RecordedChair
 
 # What it is made of takes longer than the tests: one process makes it.
@@ -64,9 +63,7 @@ def cable(chair: RecordedChair) -> None:
 def stick(chair: RecordedChair) -> None:
     """The caretaker takes over and drives arcs."""
     chair.arm()
-    assert chair.host is not None
-    caretaker = Page(chair.host, "caretaker")
-    chair.watchers.append(lambda: caretaker.one_ms(chair.now_ms))
+    caretaker = chair.another_page("caretaker")
     chair.run(60)
     caretaker.take()
     chair.run(300)

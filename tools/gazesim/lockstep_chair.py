@@ -103,6 +103,13 @@ class Lockstep(ChairRig):
         self.host = self._new_host()
         self.page.open(self.host)
 
+    def another_page(self, role: str = "driver") -> Page:
+        """Open another page: from now on it lives beside the driver's."""
+        assert self.host is not None
+        page = Page(self.host, role)
+        self.watchers.append(lambda: page.one_ms(self.now_ms))
+        return page
+
     # -- promises --
 
     def stays_still(self, ms: int) -> None:

@@ -95,14 +95,8 @@ class Recovery:
         self, pose: Pose, stick: Stick, put_out: Stick, waits: bool, now_s: float
     ) -> Verdict:
         """The same as `step` while a plan is awaited: nothing is given up before it is there."""
-        turns, moved = self._follower.turns_on_spot, None
         stuck = self._awaits or copy(self._stuck)
-        if stuck.elsewhere(self._rolled.pose):
-            moved = ""
-            stuck = Stuck(self._rolled.pose, turns)
-        elif stick != STOP and turns != stuck.turns:
-            stuck = Stuck(self._rolled.pose, turns)
-        stuck.count(self.requested != STOP or waits, put_out, now_s)
+        stuck, moved = self._counted(stuck, stick, put_out, waits, now_s)
         self._awaits = stuck
         asks = self._rolls or self._overruled.asks_meanwhile(now_s)
         reason = self._reason(stuck, stuck.for_s(now_s), pose, moved)
@@ -117,27 +111,33 @@ class Recovery:
         self, planner: Planner, pose: Pose, stick: Stick, put_out: Stick, waits: bool, now_s: float
     ) -> Verdict:
         """What to request, who wants `stick`; `waits`: before something that is in the way."""
-        turns, moved = self._follower.turns_on_spot, None
         self._awaits = None
-        if self._stuck.elsewhere(self._rolled.pose):
-            moved = ""
-            self._stuck = Stuck(self._rolled.pose, turns)
-        self._stuck.count(self.requested != STOP or waits, put_out, now_s)
+        self._stuck, moved = self._counted(self._stuck, stick, put_out, waits, now_s)
         if stick == STOP and not waits:
             return self._idles(moved)
-        if turns != self._stuck.turns:
-            self._stuck = Stuck(self._rolled.pose, turns)
         for_s = self._stuck.for_s(now_s)
         ask = stick if self._overruled.asks(0.0 if self._rolls else for_s, now_s) else STOP
         reason = self._reason(self._stuck, for_s, pose, moved)
         if not for_s:
             return Verdict(ask, reason=reason)
-        early_rad = None if turns or waits else self._follower.early_turn_rad(pose)
+        early_rad = None if self._stuck.turns or waits else self._follower.early_turn_rad(pose)
         if early_rad is not None and planner.turns_freely(pose, early_rad):
             return Verdict(STOP, END_LEG, moved)
         if self._rolls:
             return Verdict(ask, reason=reason)
         return self._refused(pose, ask, for_s, reason)
+
+    def _counted(
+        self, stuck: Stuck, stick: Stick, put_out: Stick, waits: bool, now_s: float
+    ) -> tuple[Stuck, str | None]:
+        """What was in vain up to now, with the last period; "": the chair has moved."""
+        turns, moved = self._follower.turns_on_spot, None
+        if stuck.elsewhere(self._rolled.pose):
+            moved, stuck = "", Stuck(self._rolled.pose, turns)
+        stuck.count(self.requested != STOP or waits, put_out, now_s)
+        if turns != stuck.turns and (stick != STOP or waits):
+            stuck = Stuck(self._rolled.pose, turns)
+        return stuck, moved
 
     def _reason(self, stuck: Stuck, for_s: float, pose: Pose, moved: str | None) -> str | None:
         """Reason to report after `for_s` in vain."""

@@ -129,6 +129,7 @@ class ModeRun:
         self._name = name
         self._within = within
         self._life_s = AUTO_LIFE_S if auto else LIFE_S
+        self._clock = clock
         self._times = _Times(clock)
 
     def take(self, payload: bytes, reached: bool = True) -> Value:
@@ -143,6 +144,10 @@ class ModeRun:
             till_s = value.born_s + self._life_s
             self._port.mode_output(self._name, value.press, output, till_s, reached)
         return value
+
+    def lives(self, value: Value) -> bool:
+        """True if the value is young enough to move the chair."""
+        return self._clock() < value.born_s + self._life_s
 
 
 def _meaning(value: Value, proof: int) -> Drive | UseMode:

@@ -20,7 +20,7 @@ from gazechair.driving.mode_context import ModeContext
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.plugins import value_checks
 from gazechair.plugins.child import LOST
-from gazechair.plugins.exchange import AUTO_LIFE_S, RECORDS_PER_S
+from gazechair.plugins.exchange import RECORDS_PER_S
 from gazechair.producers import exchange
 from gazechair.producers.contract import CHANGED
 from gazechair.producers.places import Target
@@ -314,7 +314,7 @@ class ProducerService(InboxService):
                 value = ride.judge.take(record.value, record.state == "arrived")
                 if value.press == ride.number:
                     ride.record = record
-                    if self._clock() < value.born_s + AUTO_LIFE_S:
+                    if ride.judge.lives(value):
                         ride.received_s = self._clock()
         self.health.set(states.OK)
 

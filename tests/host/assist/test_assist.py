@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from assistrig import RAYS, before_a_door, door_room, half
 from gazechair.assist.assist import STRAIGHT_ON, Assist, _Leg, _Spot
 from gazechair.assist.ways import Way
 from gazechair.base.footprint import Footprint, Margins
@@ -14,39 +15,6 @@ from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.inbox.pieces import Piece
 from gazelink import codes
 from gazelink.arcs import ALL_FAR
-from gazesim.rooms import Room, cast_rays
-from gazesim.zone import zone_of
-
-RAYS = 1600
-
-
-def half(room, now_s, first_deg):
-    angles = first_deg - 180.0 * (np.arange(RAYS // 2) + 0.5) / (RAYS // 2)
-    segments = room.segments(0.25)
-    metres = cast_rays(0.5, 0.0, np.radians(angles), segments, np.zeros((0, 3)))
-    metres = np.where(np.isfinite(metres), metres, 0.0)
-    times = np.linspace(now_s - 0.05, now_s, len(angles))
-    wrapped = (angles + 180.0) % 360.0 - 180.0
-    return Piece(wrapped, metres, times, (0.5, 0.0), RAYS)
-
-
-def door_room(low, high, ahead_m=2.0):
-    posts = (ahead_m, high, ahead_m, 4.0), (ahead_m, low, ahead_m, -4.0)
-    return Room("door", (*posts, (-3.0, -4.0, -3.0, 4.0)))
-
-
-def before_a_door(aside_m, ahead_m=2.0, width_m=0.9, margins=None):
-    """Assist that has seen a door `ahead_m` before the axle, `aside_m` to the left."""
-    low, high = aside_m - width_m / 2, aside_m + width_m / 2
-    room = door_room(low, high, ahead_m)
-    assist = Assist(Footprint(margins=margins), 1)
-    assist.permits.zone = zone_of()
-    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200)
-    for k in range(20):
-        assist.motion(Motion(0.9 + 0.01 * k, 0.0, 0, 0))
-    assist.see(0, half(room, 1.04, 90.0))
-    assist.see(0, half(room, 1.09, -90.0))
-    return assist
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -59,38 +27,6 @@ def test_it_steers_towards_a_door_beside_the_way(side):
 
 def test_straight_through_a_door_is_left_alone():
     assert before_a_door(0.0).advise(1, 1.1) == STRAIGHT_ON
-
-
-def test_it_knows_nothing_without_fresh_scans():
-    assist = before_a_door(0.25)
-    for k in range(30):
-        assist.motion(Motion(1.1 + 0.01 * k, 0.0, 0, 0))
-    assert assist.advise(1, 1.09 + 0.14) is not None
-    assert assist.advise(1, 1.09 + 0.16) is None
-
-
-def test_it_knows_nothing_without_a_heading():
-    assist = before_a_door(0.25)
-    assist.motion(Motion(1.1, None, 0, 0))
-    assert assist.advise(1, 1.1) is None
-
-
-def test_it_knows_nothing_while_a_lidar_is_missing():
-    both = Assist(Footprint(), 2)
-    both.permits.zone = zone_of()
-    both.permits.clearance = Clearance(0, codes.REAL, 1.0)
-    for k in range(20):
-        both.motion(Motion(0.9 + 0.01 * k, 0.0, 0, 0))
-    room = Room("open", ((-3.0, -4.0, -3.0, 4.0),))
-    both.see(0, half(room, 1.04, 90.0))
-    both.see(0, half(room, 1.09, -90.0))
-    assert both.advise(1, 1.1) is None
-
-
-def test_it_knows_nothing_where_a_lidar_is_blind():
-    assist = before_a_door(0.25)
-    assist.permits.clearance = Clearance(1 << codes.DIR_LEFT, codes.REAL, 1.0)
-    assert assist.advise(1, 1.1) is None
 
 
 def test_points_stay_where_they_are_while_the_chair_turns():
@@ -312,29 +248,6 @@ def test_nor_a_curve_to_a_way_beside(shut_s, begins):
     assert (assist._curve(5.0) is not None) == begins
 
 
-def test_without_a_heading_nothing_is_kept_that_was_measured_from_its_zero():
-    assist = before_a_door(0.25)
-    assist.advise(1, 1.1)
-    assist.motion(Motion(1.1, None, 0, 0))
-    assert assist._press.number == 0
-    assist.motion(Motion(1.11, 90.0, 0, 0))  # the sensor was reset: another zero
-    assert assist.advise(1, 1.12) is None
-    assist.see(0, half(door_room(-0.2, 0.7), 1.15, 90.0))
-    assist.motion(Motion(1.2, 90.0, 0, 0))
-    assist.see(0, half(door_room(-0.2, 0.7), 1.2, -90.0))
-    assert assist.advise(1, 1.21).turn_permille > 0
-    assert assist._press.pointed_deg == 90.0
-
-
-def test_a_heading_lost_in_a_turn_of_the_driver_is_no_correction():
-    assist = before_a_door(0.25)
-    assert assist.advise(1, 1.1).steers
-    for now_s, heading_deg in ((1.15, 0.0), (1.2, None), (1.25, 359.0)):
-        assist.motion(Motion(now_s, heading_deg, 0, 0))
-        assist.driver_turns(1, now_s)
-    assert assist._own.help(1.3) == 1.0
-
-
 def turning(assist, deg_s, until_s):
     """Held for that long: what assist asks for, in steps of 0.05 s, from 1.1 s on."""
     assist.advise(1, 1.09)
@@ -372,30 +285,3 @@ def test_a_press_with_the_number_of_one_long_ago_does_not_point_where_that_one_d
     assist.see(0, half(door_room(-0.45, 0.45), 60.09, -90.0))
     assist.advise(9, 60.1)
     assert assist._press.pointed_deg == 90.0
-
-
-def late_lidar(assist, asked):
-    """The chair is turned by 30 degrees, then no lidar is seen for half a second, until 1.9 s."""
-    assist.advise(1, 1.1)
-    assist._press.spot = _Spot(40.0, 1.1)
-    for k in range(80):
-        assist.motion(Motion(1.11 + 0.01 * k, min(30.0, 1.0 + k), 0, 300))
-    assert not asked or assist.advise(1, 1.5) is None
-    assist.see(0, half(door_room(-0.2, 0.7), 1.85, 90.0))
-    assist.see(0, half(door_room(-0.2, 0.7), 1.9, -90.0))
-
-
-@pytest.mark.parametrize("asked", [False, True])
-def test_a_gap_in_what_a_lidar_sees_does_not_change_where_the_driver_points(asked):
-    assist = before_a_door(0.25)
-    late_lidar(assist, asked)
-    assert assist.advise(1, 1.9) is not None
-    assert assist._press.pointed_deg < 10.0
-
-
-@pytest.mark.parametrize("asked", [False, True])
-def test_after_such_a_gap_no_turn_on_the_spot_goes_on_that_was_chosen_before_it(asked):
-    assist = before_a_door(0.25)
-    late_lidar(assist, asked)
-    assist.advise(1, 1.9)
-    assert assist._press.spot is None

@@ -22,6 +22,22 @@ pytestmark = pytest.mark.costly
 HALL = (10.0, 5.0)
 
 
+class Pending:
+    """Takes plans to compute; they are done when the test says so."""
+
+    def __init__(self) -> None:
+        self.jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
+
+    def __call__(self, job: Callable[[], Planned]) -> Future[Planned]:
+        self.jobs.append((job, Future()))
+        return self.jobs[-1][1]
+
+    def done(self) -> None:
+        """Compute them all."""
+        for job, made in self.jobs:
+            made.set_result(job())
+
+
 @pytest.mark.parametrize("refused_s", [1.1, 1.5, 1.8])
 def test_a_turn_is_requested_until_the_board_is_sure_that_the_chair_stands(
     refused_s: float,
@@ -65,14 +81,9 @@ def test_what_is_refused_is_requested_for_moments_while_a_plan_is_computed(goal:
     chair.run(8.0)
     chair.mission.go(goal)
     chair.run(1.5)
-    jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
-
-    def later(job: Callable[[], Planned]) -> Future[Planned]:
-        jobs.append((job, Future()))
-        return jobs[-1][1]
-
-    chair.mission.submit, chair.refuses = later, True
-    while not jobs:
+    pending = Pending()
+    chair.mission.submit, chair.refuses = pending, True
+    while not pending.jobs:
         chair.step()
         assert chair.now_s < 14.0
     asked_s = 0.0
@@ -84,7 +95,7 @@ def test_what_is_refused_is_requested_for_moments_while_a_plan_is_computed(goal:
     assert any(chair.step() != STOP for _ in range(round(1.1 / PERIOD_S)))  # it may have gone
     chair.refuses = True
     chair.run(1.0)
-    jobs[0][1].set_result(jobs[0][0]())
+    pending.done()
     chair.step()
     assert all(chair.step() == STOP != chair.asked for _ in range(10))
 
@@ -95,13 +106,8 @@ def test_what_is_refused_while_a_plan_is_computed_is_said(goal: Pose) -> None:
     chair = GoingChair(floor((), HALL), (1.5, 2.0, 0.0))
     chair.mission.go((8.5, 2.0, 0.0))
     chair.run(5.0)
-    jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
-
-    def later(job: Callable[[], Planned]) -> Future[Planned]:
-        jobs.append((job, Future()))
-        return jobs[-1][1]
-
-    chair.mission.submit, chair.refuses = later, True
+    pending = Pending()
+    chair.mission.submit, chair.refuses = pending, True
     chair.mission.go(goal)
     stood_s = 0.0
     while chair.mission.state != WAITING:
@@ -115,8 +121,7 @@ def test_what_is_refused_while_a_plan_is_computed_is_said(goal: Pose) -> None:
     chair.run(2.5)
     assert (chair.mission.state, chair.mission.reason) == (DRIVING, "")
     chair.mission.submit = at_once
-    for job, made in jobs:
-        made.set_result(job())
+    pending.done()
     assert chair.run(90.0) == ARRIVED
 
 
