@@ -82,6 +82,24 @@ def test_somebodys_stop_is_newer_than_a_ga_that_was_longer_on_its_way(chair: Pic
     chair.until(lambda: not chair.neutral(), 3000)
 
 
+@pytest.mark.parametrize("role", ["driver", "caretaker"])
+def test_so_is_anybodys_press_of_something_that_drives(chair: PictureChair, role: str) -> None:
+    other = chair.another_page(role)
+    assert looks(chair) == ""
+    chair.page.delay_ms = 80
+    chair.run(200)
+    chair.go()
+    chair.run(40)
+    other.press("forward")
+    chair.stays_still(100)
+    other.release()
+    chair.stays_still(500)
+    assert chair.host is not None
+    assert chair.host.refusals[-2:] == ["not_owner", "needs_new_command"]
+    chair.go()
+    chair.until(lambda: not chair.neutral(), 3000)
+
+
 def test_whose_lidars_show_nothing_it_says_so_in_time(tmp_path: Path) -> None:
     chair = OnFloor(tmp_path)
     received = chair._runner.received

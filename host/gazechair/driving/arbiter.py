@@ -13,6 +13,7 @@ import math
 from dataclasses import replace
 
 from gazechair.board.board_commands import Bypass, Command
+from gazechair.driving.bypass_button import BypassButton
 from gazechair.driving.clients import ROLES, Client
 from gazechair.driving.help_call import HelpCall
 from gazechair.driving.messages import (
@@ -35,7 +36,7 @@ from gazechair.driving.messages import (
     Watch,
 )
 from gazechair.driving.mode_context import ModeOutput
-from gazechair.driving.press import DrivingPress, Presses
+from gazechair.driving.press import DrivingPress
 from gazechair.driving.refusal import Refusal, What, what_of
 from gazechair.driving.stops import Stops
 from gazechair.driving.tokens import Tokens
@@ -61,7 +62,7 @@ class Arbiter:
         self.stops = Stops()
         self._emergency_s = 0.0
         self.tokens = Tokens(first_token)
-        self._bypass = Presses(last_edge)
+        self._bypass = BypassButton(last_edge)
         self._clients: dict[int, Client] = {}
         self._next_client = 1
         self._press = DrivingPress(last_edge)
@@ -87,8 +88,7 @@ class Arbiter:
     @property
     def bypass(self) -> Bypass | None:
         """The caretaker's bypass button as sent to the board, None: not pressed."""
-        press = self._bypass.now
-        return Bypass(press.number, press.deadline_s) if press and press.alive else None
+        return self._bypass.sent
 
     def take_orders(self) -> list[tuple[int, int]]:
         """New (action, owner) orders since the last call, in order."""
@@ -224,7 +224,7 @@ class Arbiter:
         if isinstance(message, Cap):
             self.cap_permille = message.permille
         elif isinstance(message, HoldBypass):
-            return self._hold_bypass(client, page, message, now_s)
+            return self._hold_bypass(client, message, now_s)
         elif message is END_BYPASS:
             self._bypass.release(client)
         return None
@@ -316,7 +316,7 @@ class Arbiter:
         new = self._press.is_new(client, message.edge)
         if new:
             page.refused.clear()
-            self._press.pressed()
+            self._pressed(client, now_s)
         if not offered or not self._may_drive(client, page):
             reason = "not_armed" if self._owner is None else "not_owner"
             return self._refuse_once(what, page, message.edge, reason if offered else "no_answer")
@@ -324,7 +324,8 @@ class Arbiter:
             reason = "not_armed" if self._session else "not_connected"
             return self._refuse_once(what, page, message.edge, reason)
         deadline_s = proven_s + min(self.ttl_s, message.life_s)
-        if new and began_s < self.stops.of_others_s(client):
+        auto = isinstance(message, UseMode) and message.mode in self.auto_modes
+        if new and began_s < self.stops.of_others_s(client, presses=auto):
             alive = False
         elif isinstance(message, UseMode):
             alive = self._drive_by(client, page, message, deadline_s, new, now_s)
@@ -333,6 +334,11 @@ class Arbiter:
         else:
             alive = self._press.drive_on(client, message, deadline_s)
         return None if alive else self._refuse_once(what, page, message.edge, "needs_new_command")
+
+    def _pressed(self, client: int, now_s: float) -> None:
+        # It ends an auto motion, and one that was pressed before but is longer on its way.
+        self._press.pressed()
+        self.stops.pressed(client, now_s)
 
     def _drive_by(
         self, client: int, page: Client, message: UseMode, till_s: float, new: bool, now_s: float
@@ -374,22 +380,14 @@ class Arbiter:
         self._order(codes.ARM, client)
         return None
 
-    def _hold_bypass(
-        self, client: int, page: Client, message: HoldBypass, now_s: float
-    ) -> Refusal | None:
+    def _hold_bypass(self, client: int, message: HoldBypass, now_s: float) -> Refusal | None:
         proven_s, fresh = self.tokens.proven(message.proof, now_s)
         if not fresh:
             return Refusal("bypass", "stale_token", "the bypass was too long on its way")
-        edge, deadline_s = message.edge, proven_s + self.ttl_s
-        if self._bypass.is_new(client, edge):
-            self._press.pressed()
-            self._bypass.begin(client, edge, deadline_s)
-            return None
-        if self._bypass.refresh(client, edge, deadline_s) or page.bypass_refused == edge:
-            return None
-        page.bypass_refused = edge
-        detail = "this press of the bypass has ended; release and press again"
-        return Refusal("bypass", "needs_new_command", detail)
+        new = self._bypass.is_new(client, message.edge)
+        if new:
+            self._pressed(client, now_s)
+        return self._bypass.hold(client, message.edge, proven_s + self.ttl_s, new)
 
     def _disarm(self, client: int) -> None:
         self._press.drop()

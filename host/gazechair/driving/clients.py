@@ -17,4 +17,3 @@ class Client:
     received_s: float
     is_input: bool = False  # else a page
     refused: set[str] = field(default_factory=set)  # refusals already sent about its newest press
-    bypass_refused: int = 0  # edge of a bypass already refused

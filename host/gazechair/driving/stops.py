@@ -5,22 +5,46 @@ from __future__ import annotations
 ON_ITS_WAY_S = 0.05  # an earlier state may have been sent before the stop arrived
 
 
-class Stops:
-    """When clients last sent a stop of any kind, connected or not; monotonic seconds."""
+class _Newest:
+    """When the newest event of some kind came, and from whom."""
 
     def __init__(self) -> None:
         self._newest_s, self._newest_by = 0.0, 0
         self._before_s = 0.0  # the newest of everybody else
 
-    def sent(self, client: int, now_s: float) -> None:
-        """`client` has sent a stop."""
+    def came(self, client: int, now_s: float) -> None:
         if client != self._newest_by:
             self._before_s, self._newest_by = self._newest_s, client
         self._newest_s = now_s
 
     def of_others_s(self, client: int) -> float:
-        """The newest of anyone but `client`, whose own messages arrive in order; 0: anyone's."""
         return self._before_s if client == self._newest_by else self._newest_s
+
+
+class Stops:
+    """When clients last sent a stop of any kind, connected or not; monotonic seconds.
+
+    An auto motion ends as well when anybody presses anything anew.
+    """
+
+    def __init__(self) -> None:
+        self._stops, self._presses = _Newest(), _Newest()
+
+    def sent(self, client: int, now_s: float) -> None:
+        """`client` has sent a stop."""
+        self._stops.came(client, now_s)
+
+    def pressed(self, client: int, now_s: float) -> None:
+        """`client` has pressed what moves the chair or lets it move, permitted or not."""
+        self._presses.came(client, now_s)
+
+    def of_others_s(self, client: int, presses: bool = False) -> float:
+        """The newest of anyone but `client`, whose own messages arrive in order; 0: anyone's.
+
+        `presses`: presses count, too.
+        """
+        stopped_s = self._stops.of_others_s(client)
+        return max(stopped_s, self._presses.of_others_s(client)) if presses else stopped_s
 
 
 class StopSeen:
