@@ -46,7 +46,8 @@ MIRRORS, HUNG, DRAWN, LOGGED = (
     "maps of others, by ROS's files",
     "an office from a public log",
 )
-_LEAST = {MIRRORS: 90.0, DRAWN: 90.0}
+# A known mirror shows what contradicts the map: there, fewer places are certain, and none is wrong.
+_LEAST = {MIRRORS: 80.0, DRAWN: 90.0}
 _SEEDS = {
     MIRRORS: range(100, 120),
     HUNG: range(100, 120),
