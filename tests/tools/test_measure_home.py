@@ -57,7 +57,28 @@ def test_a_short_drive_is_judged_by_the_truth() -> None:
     "kind", [alarms.STUCK_IN, alarms.STUCK_TURN, alarms.PUSHED_BY, alarms.BACKWARD]
 )
 def test_what_happens_to_the_chair_is_reported_within_half_a_second(kind: str) -> None:
-    assert alarms.reported_after_s((kind, 1)) <= 0.5
+    assert alarms.told((kind, 1)).after_s <= 0.5
+
+
+@pytest.mark.parametrize(
+    ("after_s", "unseen_after_s", "ok"),
+    [(0.4, math.inf, True), (0.6, math.inf, False), (math.inf, 0.3, True), (0.6, 0.6, False)],
+)
+def test_what_is_reported_late_falls_short_unless_it_says_that_it_sees_no_motion(
+    after_s: float, unseen_after_s: float, ok: bool
+) -> None:
+    report, one = Report("home"), alarms.Told(0.4)
+    told = [alarms.Told(after_s, unseen_after_s), one, one]
+    alarms.measure(report, True, lambda _, jobs: told)
+    assert report.ok is ok
+
+
+def test_few_events_may_be_unseen() -> None:
+    report = Report("home")
+    alarms.measure(
+        report, False, lambda _, jobs: [alarms.Told(math.inf, 0.3)] * 4 + [alarms.Told(0.4)]
+    )
+    assert not report.ok
 
 
 @pytest.mark.parametrize(("mb_an_hour", "ok"), [(20.0, True), (200.0, False)])
@@ -136,7 +157,7 @@ _RESULTS: dict[str, tuple[home_record.Stored[Any, Any], Any, Any]] = {
     "foreign": (home_record.FOREIGN, ("drawn", 1), Counted(right={"drawn": 2})),
     "faults": (home_record.FAULTS, ("bumped", 1), Drove(0, 5, 9, 0, math.inf, [0.01])),
     "upkeep": (home_record.UPKEEP, 1, Kept(_OFF_M, _OFF_M, 3, 2, 1, 0, 0, 0)),
-    "alarms": (home_record.ALARMS, ("stuck", 1), math.inf),
+    "alarms": (home_record.ALARMS, ("stuck", 1), alarms.Told(math.inf, 0.3)),
     "forward": (home_record.FORWARD, ("rnet", 1), (0.01, 1.2)),
 }
 

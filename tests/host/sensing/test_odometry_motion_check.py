@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,8 +13,10 @@ from gazechair.base.health import Health
 from gazechair.sensing.inbox.motion import Motion
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.estimate import Estimate
+from gazechair.sensing.odometry.motion_check import Checked, MotionCheck
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.odometry import Odometry
+from gazechair.sensing.odometry.seen import Outputs, Seen
 from gazelink import codes
 from host.sensing.test_odometry_doubts import (
     Command,
@@ -177,3 +180,39 @@ def test_a_turn_without_a_heading_is_not_stuck() -> None:
         assert estimate is not None
         found.append(estimate)
     assert first(found, doubts.STUCK) == math.inf
+
+
+LONG_S = 10.0
+
+
+def checked(
+    ahead_m_s: list[float], yaw_deg_s: dict[int, float], drive: int
+) -> Iterator[tuple[float, Checked]]:
+    """What the check says each 0.05 s of a chair that is told to drive forward; and when."""
+    check = MotionCheck()
+    outputs = Outputs(drive, 0, 0, 0.0, 0.0, LONG_S, LONG_S, LONG_S)
+    for k, speed in enumerate(ahead_m_s):
+        at_s, yaw = 0.05 * k, yaw_deg_s.get(k, 0.0)
+        seen = Seen(
+            *(at_s, True, 500, 1e4 * np.eye(2), 0.9, speed, 0.02, 0.0, yaw, 0.0, 0.0, 0.0),
+            *(abs(speed), speed, outputs, 0.0, 0.0, False, False, False),
+        )
+        yield at_s, check.judge(seen, True, True)
+
+
+def test_a_chair_that_slowly_begins_to_roll_against_its_command_is_told_when_it_is_sure() -> None:
+    speeds = [-0.3 * 0.05 * k for k in range(20)]  # 0.1 m/s after 0.33 s
+    assert min(at_s for at_s, one in checked(speeds, {}, 700) if one.pushed) == pytest.approx(0.4)
+
+
+def test_a_moment_in_which_it_seems_to_is_not_told() -> None:
+    speeds = [0.1] * 10 + [-0.12] * 2 + [0.1] * 10
+    assert not any(one.pushed for _, one in checked(speeds, {}, 700))
+
+
+def test_one_noisy_moment_of_the_heading_does_not_make_stuck_late() -> None:
+    stuck_s = [
+        min(at_s for at_s, one in checked([0.0] * 40, yaw, 440) if one.stuck)
+        for yaw in ({}, {15: 6.5})
+    ]
+    assert stuck_s[0] == stuck_s[1] <= 1.5

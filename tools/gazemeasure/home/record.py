@@ -10,6 +10,7 @@ from typing import Generic, TypeVar
 
 from gazemeasure import on_record
 from gazemeasure.home import drives, upkeep
+from gazemeasure.home.alarms import Told
 from gazemeasure.home.drives import Driven
 from gazemeasure.home.faults import Drove
 from gazemeasure.home.forward import Found
@@ -128,12 +129,12 @@ FAULTS = Stored[tuple[str, int], Drove](
 UPKEEP = Stored[int, Kept](
     on_record.file_of("upkeep.json"), "upkeep.py", "{:03}".format, asdict, upkeep.of_row, _counted
 )
-ALARMS = Stored[tuple[str, int], float](
+ALARMS = Stored[tuple[str, int], Told](
     on_record.file_of("alarms.json"),
     "alarms.py",
     _case,
-    lambda after_s: {"after_s": after_s},
-    lambda row: float(row["after_s"]),
+    asdict,
+    lambda row: Told(**row),
     _counted,
 )
 FORWARD = Stored[tuple[str, int], Found](

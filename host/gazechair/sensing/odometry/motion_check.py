@@ -19,6 +19,7 @@ _STOPS_S, _STOPPED_S = 1.2, 2.5  # after these times most chairs, all chairs hav
 # it starts), beside a turn on the spot (few chairs turn about the axle's very middle), and beside
 # or against the turn output: the casters swing a chair by 15 degrees.
 _AGAINST_M_S, _BESIDE_M_S, _SPINS_DEG_S = 0.1, 0.15, 20.0
+_BEGINS = 0.6  # of these speeds, which it has had for a while when it reaches them
 # A command that moves any chair in its slowest profile: its deadband and its stiction are less.
 _DRIVE, _TURN = 600, 800
 _SOME = 400  # moves most chairs, and is worth a word where it does not
@@ -26,12 +27,13 @@ _DEADBAND = 150
 _EXPECTED_M_S = 0.08
 
 _ROLLS, _TURNS, _TURNS_UNSEEN, _AGAINST, _SPINS, _CREEPS, _CREEPS_ROUND = range(7)
-_STANDS, _STANDS_ON_SOME, _TURN_STANDS, _TURN_STANDS_ON_SOME = range(7, 11)
+_STANDS, _STANDS_ON_SOME, _TURN_STANDS, _TURN_STANDS_ON_SOME, _BEGINS_AGAINST = range(7, 12)
 _LASTS_S = {
     _ROLLS: 0.1,
     _TURNS: 0.1,
     _TURNS_UNSEEN: 0.25,  # a step of the sensor is over by then
-    _AGAINST: 0.15,
+    _BEGINS_AGAINST: 0.15,
+    _AGAINST: 0.0,  # after that
     _SPINS: 0.45,  # casters are quicker
     _CREEPS: 0.1,
     _CREEPS_ROUND: 0.1,
@@ -40,7 +42,8 @@ _LASTS_S = {
     _STANDS_ON_SOME: 0.9,  # and it has been put out for 0.6 s
     _TURN_STANDS_ON_SOME: 0.9,
 }
-_PUSHED = frozenset((_ROLLS, _TURNS, _TURNS_UNSEEN, _AGAINST, _SPINS, _CREEPS, _CREEPS_ROUND))
+_PUSHED = frozenset((_ROLLS, _TURNS, _TURNS_UNSEEN, _SPINS, _CREEPS, _CREEPS_ROUND))
+_STUCK = frozenset((_STANDS, _STANDS_ON_SOME, _TURN_STANDS, _TURN_STANDS_ON_SOME))
 _BY_HEADING = frozenset(
     (_TURNS, _TURNS_UNSEEN, _SPINS, _CREEPS_ROUND, _TURN_STANDS, _TURN_STANDS_ON_SOME)
 )
@@ -82,7 +85,8 @@ class MotionCheck:
         now.update(self._stands(seen, outputs, matched))
         self._since_s = {key: self._since_s.get(key, seen.time_s) for key in now}
         lasted = {key for key in now if seen.time_s - self._since_s[key] >= _LASTS_S[key]}
-        return Checked(bool(lasted & _PUSHED), bool(lasted - _PUSHED), bool(lasted & _BY_HEADING))
+        pushed = bool(lasted & _PUSHED) or {_BEGINS_AGAINST, _AGAINST} <= lasted
+        return Checked(pushed, bool(lasted & _STUCK), bool(lasted & _BY_HEADING))
 
     def forget(self) -> None:
         """Positions have nothing to do with those before."""
@@ -118,7 +122,9 @@ class MotionCheck:
             drives = min(outputs.forward_s, outputs.backward_s) < _STOPS_S
             most_m_s = _AGAINST_M_S if drives else _BESIDE_M_S
             forward, backward, left, right = (
-                idle_s >= _STOPS_S and speed > (least if idle_s < _STOPPED_S else 0.0) + most
+                (speed - (least if idle_s < _STOPPED_S else 0.0)) / most
+                if idle_s >= _STOPS_S
+                else 0.0
                 for idle_s, speed, least, most in zip(
                     _idle_to(outputs),
                     _to_sides(seen),
@@ -127,9 +133,12 @@ class MotionCheck:
                     strict=True,
                 )
             )
-            if matched and (forward or backward):
+            rolls, spins = max(forward, backward), max(left, right)
+            if matched and rolls > _BEGINS:
+                yield _BEGINS_AGAINST
+            if matched and rolls > 1.0:
                 yield _AGAINST
-            if _sure(seen) and (left or right):
+            if _sure(seen) and spins > 1.0:
                 yield _SPINS
         if self._resting.creeps:
             yield _CREEPS
@@ -139,14 +148,15 @@ class MotionCheck:
     def _stands(self, seen: Seen, outputs: Outputs, matched: bool) -> Iterator[int]:
         """The ways in which it does not move on a command."""
         speed = min(abs(seen.speed_m_s), seen.got_on_m_s)
-        if speed >= _STANDS_M_S or abs(seen.yaw_rate_deg_s) > MOVES_DEG_S:
+        if speed >= _STANDS_M_S:
             return
+        turns = abs(seen.yaw_rate_deg_s) > MOVES_DEG_S  # of one moment, noise is enough for that
         forward_s, backward_s = outputs.forward_s, outputs.backward_s
         drive, turn = abs(outputs.drive), abs(outputs.turn)
         expected_m_s = seen.full_m_s * (drive - _DEADBAND) / (1000 - _DEADBAND)
         # A chair that reverses passes through standing.
         if matched and (backward_s if outputs.drive > 0 else forward_s) >= _STOPPED_S:
-            if drive >= _DRIVE or expected_m_s > _EXPECTED_M_S:
+            if not turns and (drive >= _DRIVE or expected_m_s > _EXPECTED_M_S):
                 yield _STANDS
             if drive >= _SOME and not self._resting.turns:
                 yield _STANDS_ON_SOME
@@ -154,7 +164,7 @@ class MotionCheck:
             return
         if self._resting.turns:
             return  # slowly, but it does
-        if turn >= self._turned_at:
+        if turn >= self._turned_at and not turns:
             yield _TURN_STANDS
         if turn >= _SOME:
             yield _TURN_STANDS_ON_SOME
