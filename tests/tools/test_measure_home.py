@@ -155,7 +155,7 @@ def test_drives_on_record_are_not_run_again_and_are_counted(
 _OFF_M = Spread.of([0.01, math.inf], OFF_STEP_M)
 _RESULTS: dict[str, tuple[home_record.Stored[Any, Any], Any, Any]] = {
     "foreign": (home_record.FOREIGN, ("drawn", 1), Counted(right={"drawn": 2})),
-    "faults": (home_record.FAULTS, ("bumped", 1), Drove(0, 5, 9, 0, math.inf, [0.01])),
+    "faults": (home_record.FAULTS, ("bumped", 1), Drove(0, 5, 9, 0, math.inf, _OFF_M)),
     "upkeep": (home_record.UPKEEP, 1, Kept(_OFF_M, _OFF_M, 3, 2, 1, 0, 0, 0)),
     "alarms": (home_record.ALARMS, ("stuck", 1), alarms.Told(math.inf, 0.3)),
     "forward": (home_record.FORWARD, ("rnet", 1), (0.01, 1.2)),

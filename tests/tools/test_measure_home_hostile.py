@@ -70,7 +70,7 @@ def test_lidars_are_lost_late_and_bumped(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def found(wrong: int = 0, alarms: int = 0, noticed_s: float = 0.3) -> Drove:
-    return Drove(wrong, 5, 10, alarms, noticed_s, [0.01], [0.1], [(0.02, 0.3)])
+    return Drove(wrong, 5, 10, alarms, noticed_s)
 
 
 def test_a_fault_that_is_not_noticed_and_a_wrong_place_fall_short() -> None:

@@ -42,6 +42,7 @@ def test_nothing_has_no_percentile() -> None:
     spread = Spread.of([], _STEP)
     assert math.isnan(spread.percentile(50.0))
     assert spread.share_below(1.0) == 0.0
+    assert together((spread, Spread.of([0.2], _STEP), spread)) == Spread.of([0.2], _STEP)
 
 
 @pytest.mark.parametrize("step", [0.001, 0.1])

@@ -54,5 +54,5 @@ def together(spreads: Iterable[Spread]) -> Spread:
     found = list(spreads)
     counts = np.zeros(max(len(one.counts) for one in found), dtype=np.int64)
     for one in found:
-        counts[: len(one.counts)] += one.counts
+        counts[: len(one.counts)] += np.asarray(one.counts, dtype=np.int64)
     return Spread(found[0].step, counts.tolist(), max(one.most for one in found))

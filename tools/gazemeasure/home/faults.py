@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,8 @@ from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.odometry import Odometry
 from gazemeasure.home.localization import is_right, mapped
-from gazemeasure.report import Report, percentile
+from gazemeasure.report import Report
+from gazemeasure.spread import Spread, together
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR, Drive, Mounted
 
@@ -41,6 +43,9 @@ _LIDARS: dict[str, tuple[Mounted, ...]] = {
     LATE: (FRONT,),
 }
 _BUMPED_DEG, _LATE_S = 3.0, 0.3
+_OFF_STEP_M, _SIGMA_STEP = 0.001, 0.1
+_NO_METRES, _NO_SIGMAS = (Spread.of((), step) for step in (_OFF_STEP_M, _SIGMA_STEP))
+_SPREADS = ("off_m", "sigma_m", "off_by_sigma", "turned_by_sigma")
 _BEGINS_S, _SECONDS = 15.0, 60.0
 _LOOK_S = 0.2
 
@@ -64,11 +69,19 @@ class Drove:
     """Estimates that reported the fault, or a turned lidar, before there was a fault."""
     noticed_s: float = math.inf
     """Time from the fault to its report."""
-    off_m: list[float] = field(default_factory=list)
-    """Position error of each claimed pose."""
-    off_deg: list[float] = field(default_factory=list)
-    sigmas: list[tuple[float, float]] = field(default_factory=list)
-    """Claimed standard deviations: m, degrees."""
+    off_m: Spread = _NO_METRES
+    """Position errors of the claimed poses."""
+    sigma_m: Spread = _NO_METRES
+    """Claimed standard deviations of the position."""
+    off_by_sigma: Spread = _NO_SIGMAS
+    """Position errors in claimed standard deviations."""
+    turned_by_sigma: Spread = _NO_SIGMAS
+    """Errors of the heading in claimed standard deviations."""
+
+
+def of_row(row: dict[str, Any]) -> Drove:
+    """A result from its JSON row."""
+    return Drove(**{**row, **{name: Spread(**row[name]) for name in _SPREADS}})
 
 
 Run = Callable[[Callable[[Job], Drove], Sequence[Job]], list[Drove]]
@@ -84,6 +97,10 @@ def drove(job: Job) -> Drove:
     driven = Drive(home, seed, _LIDARS[kind])
     odometry, looks, atlas, done = Odometry(), Looks(), Atlas(), Drove()
     atlas.know({"a": grid})
+    off_m: list[float] = []
+    off_rad: list[float] = []
+    sigma_m: list[float] = []
+    sigma_rad: list[float] = []
     look_s = 0.0
     for event in _events(driven, kind, _SECONDS):
         if isinstance(event, Motion):
@@ -116,9 +133,13 @@ def drove(job: Job) -> Drove:
         done.known += 1
         done.wrong += not is_right(location, true)
         off = between(true, location.pose)
-        done.off_m.append(math.hypot(off[0], off[1]))
-        done.off_deg.append(abs(math.degrees(off[2])))
-        done.sigmas.append((location.sigma_m, math.degrees(location.sigma_rad)))
+        off_m.append(math.hypot(off[0], off[1]))
+        off_rad.append(abs(off[2]))
+        sigma_m.append(location.sigma_m)
+        sigma_rad.append(location.sigma_rad)
+    done.off_m, done.sigma_m = Spread.of(off_m, _OFF_STEP_M), Spread.of(sigma_m, _OFF_STEP_M)
+    done.off_by_sigma = Spread.of(np.divide(off_m, sigma_m), _SIGMA_STEP)
+    done.turned_by_sigma = Spread.of(np.divide(off_rad, sigma_rad), _SIGMA_STEP)
     return done
 
 
@@ -163,12 +184,10 @@ def measure(report: Report, quick: bool, run: Run) -> None:
 
 
 def _add_errors(report: Report, done: list[Drove]) -> None:
-    off_m = [off for one in done for off in one.off_m]
-    off_deg = [off for one in done for off in one.off_deg]
-    sigmas = [sigma for one in done for sigma in one.sigmas]
-    report.add("  place off, 95 %", percentile(off_m, 0.95), "m")
-    report.add("  it says, median", percentile([one[0] for one in sigmas], 0.5), "m")
-    within = [off < 2.0 * sigma[0] for off, sigma in zip(off_m, sigmas, strict=True)]
-    report.add("  place within two of its sigmas", 100.0 * sum(within) / len(within), "%")
-    within = [off < 2.0 * sigma[1] for off, sigma in zip(off_deg, sigmas, strict=True)]
-    report.add("  heading within two of its sigmas", 100.0 * sum(within) / len(within), "%")
+    off_m, sigma_m, off_by_sigma, turned_by_sigma = (
+        together(getattr(one, name) for one in done) for name in _SPREADS
+    )
+    report.add("  place off, 95 %", off_m.percentile(95.0), "m")
+    report.add("  it says, median", sigma_m.percentile(50.0), "m")
+    report.add("  place within two of its sigmas", 100.0 * off_by_sigma.share_below(2.0), "%")
+    report.add("  heading within two of its sigmas", 100.0 * turned_by_sigma.share_below(2.0), "%")

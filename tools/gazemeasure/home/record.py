@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from gazemeasure import on_record
-from gazemeasure.home import drives, upkeep
+from gazemeasure.home import drives, faults, upkeep
 from gazemeasure.home.alarms import Told
 from gazemeasure.home.drives import Driven
 from gazemeasure.home.faults import Drove
@@ -123,7 +123,7 @@ FAULTS = Stored[tuple[str, int], Drove](
     "faults.py",
     _case,
     asdict,
-    lambda row: Drove(**row),
+    faults.of_row,
     _counted,
 )
 UPKEEP = Stored[int, Kept](

@@ -74,7 +74,10 @@ class Kept:
 def measure(report: Report, quick: bool, each: Callable[..., list[Kept]]) -> None:
     """Add the rows; `each` maps a function over seeds, as a pool does."""
     done = each(kept, range(_HOMES_QUICK if quick else _HOMES))
-    off_m, added_off_m = (_together_m(done, name) for name in ("off_m", "added_off_m"))
+    off_m, added_off_m = (
+        together(getattr(one, name) for one in done).percentile(95.0)
+        for name in ("off_m", "added_off_m")
+    )
     name = f"maps kept current ({len(done)} homes, {DRIVES} drives): walls, 95 %"
     report.add(name, off_m, "m", WALLS_M)
     report.add("  what was added, 95 %", added_off_m, "m", WALLS_M)
@@ -86,13 +89,6 @@ def measure(report: Report, quick: bool, each: Callable[..., list[Kept]]) -> Non
     report.add("  cells of people who stood", float(sum(one.nothing for one in done)), "", 0.0)
     report.add("  cells changed after one drive", float(sum(one.early for one in done)), "", 0.0)
     report.add("  confidently wrong meanwhile", float(sum(one.wrong for one in done)), "", 0.0)
-
-
-def _together_m(done: list[Kept], name: str) -> float:
-    """Within what distance 95 percent of all homes' cells are, m; nan: there are none."""
-    spreads = [getattr(one, name) for one in done]
-    some = [one for one in spreads if one.count]
-    return together(some).percentile(95.0) if some else math.nan
 
 
 def of_row(row: dict[str, Any]) -> Kept:
