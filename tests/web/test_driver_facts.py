@@ -299,7 +299,7 @@ def test_the_eye_test_begins_with_the_first_look_at_its_dot(menu):
 
 def test_the_eye_test_is_reached_and_ended_by_gaze_alone(driver):
     driver.state(**OFF)
-    for target, ms in (("menu", 1100), ("tile-2", 2100)):
+    for target, ms in (("menu", 1100), ("tile-2", 2600)):
         x, y = driver.spot(target)
         driver.advance(ms, look=(x / 1920, y / 1080))
         driver.advance(300, look=(0.5, 0.5))
