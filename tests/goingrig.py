@@ -1,9 +1,10 @@
-"""Floors made of boxes, and a simulated chair without a board that drives missions on them."""
+"""Floors made of boxes, a simulated chair without a board that drives on them, plans that wait."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 
 import numpy as np
 
@@ -14,7 +15,9 @@ from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import Mission
+from gazechair.going.path import Abandoned
 from gazechair.going.plan import Planner, Pose
+from gazechair.going.planning import Planned
 from gazechair.going.rolled import Located
 from gazelink.settings_table import TABLE
 from gazesim.chair import Chair
@@ -158,3 +161,22 @@ def drive_among(
             break
     assert chair.least_m > TOUCHES_M
     return found
+
+
+class Later:
+    """Jobs that wait to be run."""
+
+    def __init__(self) -> None:
+        self.jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
+
+    def submit(self, job: Callable[[], Planned]) -> Future[Planned]:
+        self.jobs.append((job, Future()))
+        return self.jobs[-1][1]
+
+    def run(self, number: int) -> None:
+        """As an executor does."""
+        job, found = self.jobs[number]
+        try:
+            found.set_result(job())
+        except Abandoned as error:
+            found.set_exception(error)

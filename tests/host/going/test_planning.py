@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
 
@@ -17,29 +16,10 @@ from gazechair.going.mission import ARRIVED, PLANNING
 from gazechair.going.path import Abandoned, NoPath, Path
 from gazechair.going.plan import NO_WAY, Planner
 from gazechair.going.planning import Planned, Planning
-from goingrig import TWO_ROOMS, GoingChair, floor
+from goingrig import TWO_ROOMS, GoingChair, Later, floor
 
 WAY = Path(np.array([(0.0, 0.0), (1.0, 0.0)]), None)
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
-
-
-class Later:
-    """Jobs that wait to be run."""
-
-    def __init__(self) -> None:
-        self.jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
-
-    def submit(self, job: Callable[[], Planned]) -> Future[Planned]:
-        self.jobs.append((job, Future()))
-        return self.jobs[-1][1]
-
-    def run(self, number: int) -> None:
-        """As an executor does."""
-        job, found = self.jobs[number]
-        try:
-            found.set_result(job())
-        except Abandoned as error:
-            found.set_exception(error)
 
 
 def test_a_plan_is_taken_once_it_is_ready() -> None:

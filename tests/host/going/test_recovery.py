@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from concurrent.futures import Future
 
 import pytest
 
@@ -12,30 +10,13 @@ from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import ARRIVED, DRIVING, WAITING, at_once
 from gazechair.going.pace import PERIOD_S
 from gazechair.going.plan import Pose
-from gazechair.going.planning import Planned
 from gazechair.going.recovery import OBSTACLE
 from gazechair.going.stuck import Overruled
-from goingrig import GoingChair, floor
+from goingrig import GoingChair, Later, floor
 
 pytestmark = pytest.mark.costly
 
 HALL = (10.0, 5.0)
-
-
-class Pending:
-    """Takes plans to compute; they are done when the test says so."""
-
-    def __init__(self) -> None:
-        self.jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
-
-    def __call__(self, job: Callable[[], Planned]) -> Future[Planned]:
-        self.jobs.append((job, Future()))
-        return self.jobs[-1][1]
-
-    def done(self) -> None:
-        """Compute them all."""
-        for job, made in self.jobs:
-            made.set_result(job())
 
 
 @pytest.mark.parametrize("refused_s", [1.1, 1.5, 1.8])
@@ -81,9 +62,9 @@ def test_what_is_refused_is_requested_for_moments_while_a_plan_is_computed(goal:
     chair.run(8.0)
     chair.mission.go(goal)
     chair.run(1.5)
-    pending = Pending()
-    chair.mission.submit, chair.refuses = pending, True
-    while not pending.jobs:
+    later = Later()
+    chair.mission.submit, chair.refuses = later.submit, True
+    while not later.jobs:
         chair.step()
         assert chair.now_s < 14.0
     asked_s = 0.0
@@ -95,7 +76,7 @@ def test_what_is_refused_is_requested_for_moments_while_a_plan_is_computed(goal:
     assert any(chair.step() != STOP for _ in range(round(1.1 / PERIOD_S)))  # it may have gone
     chair.refuses = True
     chair.run(1.0)
-    pending.done()
+    later.run(0)
     chair.step()
     assert all(chair.step() == STOP != chair.asked for _ in range(10))
 
@@ -106,8 +87,8 @@ def test_what_is_refused_while_a_plan_is_computed_is_said(goal: Pose) -> None:
     chair = GoingChair(floor((), HALL), (1.5, 2.0, 0.0))
     chair.mission.go((8.5, 2.0, 0.0))
     chair.run(5.0)
-    pending = Pending()
-    chair.mission.submit, chair.refuses = pending, True
+    later = Later()
+    chair.mission.submit, chair.refuses = later.submit, True
     chair.mission.go(goal)
     stood_s = 0.0
     while chair.mission.state != WAITING:
@@ -121,7 +102,8 @@ def test_what_is_refused_while_a_plan_is_computed_is_said(goal: Pose) -> None:
     chair.run(2.5)
     assert (chair.mission.state, chair.mission.reason) == (DRIVING, "")
     chair.mission.submit = at_once
-    pending.done()
+    for number in range(len(later.jobs)):
+        later.run(number)
     assert chair.run(90.0) == ARRIVED
 
 
