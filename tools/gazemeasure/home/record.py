@@ -26,6 +26,10 @@ R = TypeVar("R")
 _HERE = Path(__file__).parent
 
 
+def _counted(rows: list[Row]) -> Row:
+    return {"cases": len(rows)}
+
+
 @dataclass(frozen=True)
 class Stored(Generic[J, R]):
     """One part's results: each is stored when it is there, and none is measured twice."""
@@ -35,10 +39,10 @@ class Stored(Generic[J, R]):
     module: str
     """The file beside this one that measures it: with all that it imports, it makes the digest."""
     key: Callable[[J], str]
-    row: Callable[[R], Row]
     result: Callable[[Row], R]
     """The inverse of `row`."""
-    summary: Callable[[list[Row]], Row]
+    row: Callable[[R], Row] = asdict  # type: ignore[assignment]
+    summary: Callable[[list[Row]], Row] = _counted
 
     def each(self, run: Callable[[J], R], jobs: Sequence[J]) -> list[R]:
         """The result of each job; those without a row in the file are run."""
@@ -90,58 +94,36 @@ def _of_drives(rows: list[Row]) -> Row:
     return summary
 
 
-def _counted(rows: list[Row]) -> Row:
-    return {"cases": len(rows)}
-
-
 STARTS = Stored[int, Counted](
     on_record.file_of("starts.json"),
     "localization.py",
     "{:03}".format,
-    asdict,
     lambda row: Counted(**row),
-    _of_starts,
+    summary=_of_starts,
 )
 DRIVES = Stored[drives.Job, Driven](
     on_record.file_of("drives.json"),
     "drives.py",
     lambda job: f"{job.lidars} {job.seed:03} {job.seconds:.0f} s",
-    asdict,
     drives.kept,
-    _of_drives,
+    summary=_of_drives,
 )
 FOREIGN = Stored[tuple[str, int], Counted](
-    on_record.file_of("foreign.json"),
-    "foreign.py",
-    _case,
-    asdict,
-    lambda row: Counted(**row),
-    _counted,
+    on_record.file_of("foreign.json"), "foreign.py", _case, lambda row: Counted(**row)
 )
 FAULTS = Stored[tuple[str, int], Drove](
-    on_record.file_of("faults.json"),
-    "faults.py",
-    _case,
-    asdict,
-    faults.of_row,
-    _counted,
+    on_record.file_of("faults.json"), "faults.py", _case, faults.of_row
 )
 UPKEEP = Stored[int, Kept](
-    on_record.file_of("upkeep.json"), "upkeep.py", "{:03}".format, asdict, upkeep.of_row, _counted
+    on_record.file_of("upkeep.json"), "upkeep.py", "{:03}".format, upkeep.of_row
 )
 ALARMS = Stored[tuple[str, int], Told](
-    on_record.file_of("alarms.json"),
-    "alarms.py",
-    _case,
-    asdict,
-    lambda row: Told(**row),
-    _counted,
+    on_record.file_of("alarms.json"), "alarms.py", _case, lambda row: Told(**row)
 )
 FORWARD = Stored[tuple[str, int], Found](
     on_record.file_of("forward.json"),
     "forward.py",
     _case,
-    lambda found: {"step_off_m": found[0], "stopping_by_true": found[1]},
     lambda row: (row["step_off_m"], row["stopping_by_true"]),
-    _counted,
+    row=lambda found: {"step_off_m": found[0], "stopping_by_true": found[1]},
 )
